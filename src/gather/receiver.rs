@@ -1,0 +1,304 @@
+//! Receivers: the planes in which light is measured, and the photons that pass through them.
+//!
+//! A measuring plane counts the photons that cross it from the measured side, whether it lies on a floor or hangs in
+//! the air: flux through the plane is what illuminance means, and a density of surface hits elsewhere is not. Light that
+//! lands on a surface within [`Receiver::tolerance`] below the plane counts as crossing it, so a plane on a floor works
+//! whatever the rounding of the mesh. Sensors that share a plane share a receiver.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::embree::RayCaster;
+use crate::photon::flux::Flux;
+use crate::photon::trace::{Flight, History, Recorder};
+use crate::scene::{MeasuringPlane, Scene, Sensor};
+
+/// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
+/// photons matter.
+pub struct Receiver {
+    /// Middle of the points, m; origin of the plane's coordinates.
+    pub origin: Vec3,
+    /// Unit vector of the first coordinate.
+    pub u: Vec3,
+    /// Unit vector of the second coordinate.
+    pub v: Vec3,
+    /// Unit normal of the measured side, u × v.
+    pub normal: Vec3,
+    /// Points in plane coordinates, m.
+    pub points: Vec<[f32; 2]>,
+    /// Columns and rows, where the points make a grid.
+    pub grid: Option<[usize; 2]>,
+    /// How far below the plane a surface may lie and still count as the plane's, m.
+    pub tolerance: f32,
+    /// Whence rays leave each point: just off the surface if one is there.
+    starts: Vec<Vec3>,
+    /// Number of points with a surface within the tolerance.
+    on_surface: usize,
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+impl Receiver {
+    /// The receiver of a measuring plane; `margin` (m) beyond it photons still matter.
+    pub fn of_plane(plane: &MeasuringPlane, caster: &RayCaster, tolerance: f32, margin: f32) -> Self {
+        let origin = plane.corner + (plane.along + plane.across) * 0.5;
+        let points: Vec<DVec3> = (0..plane.len()).map(|index| plane.point(index)).collect();
+        let axes = [plane.along.normalize(), plane.across.normalize()];
+        let mut receiver = Self::new(origin, axes, &points, caster, tolerance, margin);
+        receiver.grid = Some(plane.cells);
+        receiver
+    }
+
+    /// The receivers of the scene's sensors, each with the sensors it serves: one for all that share a plane.
+    pub fn of_sensors(scene: &Scene, caster: &RayCaster, tolerance: f32, margin: f32) -> Vec<(Self, Vec<usize>)> {
+        let same_plane = |a: &Sensor, b: &Sensor| {
+            a.normal.distance(b.normal) < 1e-9
+                && (a.position - b.position).dot(a.normal).abs() < 1e-3 * f64::from(tolerance)
+        };
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for (index, sensor) in scene.sensors.iter().enumerate() {
+            match groups.iter_mut().find(|group| same_plane(&scene.sensors[group[0]], sensor)) {
+                Some(group) => group.push(index),
+                None => groups.push(vec![index]),
+            }
+        }
+        groups
+            .into_iter()
+            .map(|group| {
+                let points: Vec<DVec3> = group.iter().map(|&index| scene.sensors[index].position).collect();
+                let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+                let normal = scene.sensors[group[0]].normal;
+                let u = normal.any_orthonormal_vector();
+                (Self::new(middle, [u, normal.cross(u)], &points, caster, tolerance, margin), group)
+            })
+            .collect()
+    }
+
+    fn new(
+        origin: DVec3,
+        [u, v]: [DVec3; 2],
+        points: &[DVec3],
+        caster: &RayCaster,
+        tolerance: f32,
+        margin: f32,
+    ) -> Self {
+        let normal = u.cross(v).as_vec3();
+        let starts: Vec<(Vec3, bool)> = points
+            .par_iter()
+            .map(|point| {
+                let point = point.as_vec3();
+                match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance) {
+                    Some(hit) => (hit.leave(normal), true),
+                    None => (point, false),
+                }
+            })
+            .collect();
+        let on_surface = starts.iter().filter(|(_, found)| *found).count();
+        let points: Vec<[f32; 2]> =
+            points.iter().map(|&p| [(p - origin).dot(u) as f32, (p - origin).dot(v) as f32]).collect();
+        let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
+            points.iter().map(|point| point[axis]).fold(start, pick)
+        };
+        let low = [0, 1].map(|axis| bound(axis, f32::min, f32::INFINITY) - margin);
+        let high = [0, 1].map(|axis| bound(axis, f32::max, f32::NEG_INFINITY) + margin);
+        Self {
+            origin: origin.as_vec3(),
+            u: u.as_vec3(),
+            v: v.as_vec3(),
+            normal,
+            points,
+            grid: None,
+            tolerance,
+            starts: starts.into_iter().map(|(start, _)| start).collect(),
+            on_surface,
+            low,
+            high,
+        }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether no illuminance is asked for.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Number of points with a surface within the tolerance.
+    pub fn points_on_surface(&self) -> usize {
+        self.on_surface
+    }
+
+    /// Whence rays leave a point towards the measured side, m.
+    pub fn start(&self, point: usize) -> Vec3 {
+        self.starts[point]
+    }
+
+    /// A point, m, in the scene's coordinates.
+    pub fn position(&self, point: usize) -> Vec3 {
+        let [a, b] = self.points[point];
+        self.origin + self.u * a + self.v * b
+    }
+
+    /// Where a flight crosses the plane from the measured side, in plane coordinates, if it does so near the points.
+    #[inline]
+    fn crossing(&self, flight: &Flight<'_>) -> Option<[f32; 2]> {
+        let slope = flight.direction.dot(self.normal);
+        if slope >= 0.0 {
+            return None;
+        }
+        let from = flight.origin - self.origin;
+        let start = from.dot(self.normal);
+        if start <= self.tolerance {
+            return None;
+        }
+        let at = match flight.hit {
+            Some(hit) => {
+                let to = hit.position - self.origin;
+                let end = to.dot(self.normal);
+                if end > self.tolerance {
+                    return None;
+                }
+                if end >= 0.0 { to } else { from + (to - from) * (start / (start - end)) }
+            }
+            None => from + flight.direction * (-start / slope),
+        };
+        let at = [at.dot(self.u), at.dot(self.v)];
+        let inside = |axis: usize| self.low[axis] <= at[axis] && at[axis] <= self.high[axis];
+        (inside(0) && inside(1)).then_some(at)
+    }
+}
+
+/// Photons stored for one query structure: positions (m) and flux (lm), side by side.
+#[derive(Clone, Debug)]
+pub struct Photons<const C: usize> {
+    /// Where they crossed or landed.
+    pub positions: Vec<[f32; 3]>,
+    /// What they carry.
+    pub flux: Vec<Flux<C>>,
+}
+
+impl<const C: usize> Default for Photons<C> {
+    fn default() -> Self {
+        Self { positions: Vec::new(), flux: Vec::new() }
+    }
+}
+
+impl<const C: usize> Photons<C> {
+    #[inline]
+    fn push(&mut self, position: [f32; 3], flux: Flux<C>) {
+        self.positions.push(position);
+        self.flux.push(flux);
+    }
+
+    /// Moves the photons of `other` behind these.
+    pub fn append(&mut self, other: &mut Self) {
+        self.positions.append(&mut other.positions);
+        self.flux.append(&mut other.flux);
+    }
+}
+
+/// The photons that crossed one receiver, in plane coordinates (third coordinate 0).
+///
+/// Light that met no diffuse surface has edges (shadows, caustics) and wants few, near photons; diffused light is
+/// smooth and takes many. So they are kept apart.
+#[derive(Clone, Debug)]
+pub struct Crossings<const C: usize> {
+    /// Direct light and caustics.
+    pub sharp: Photons<C>,
+    /// Light that met a diffuse surface.
+    pub smooth: Photons<C>,
+}
+
+impl<const C: usize> Default for Crossings<C> {
+    fn default() -> Self {
+        Self { sharp: Photons::default(), smooth: Photons::default() }
+    }
+}
+
+/// Keeps the photons that cross the receivers, and none else.
+pub struct CrossingRecorder<'a, const C: usize> {
+    receivers: &'a [&'a Receiver],
+    /// Whether direct light is counted too, or only what has bounced.
+    with_direct: bool,
+    crossings: Vec<Crossings<C>>,
+}
+
+impl<'a, const C: usize> CrossingRecorder<'a, C> {
+    /// An empty record for `receivers`.
+    pub fn new(receivers: &'a [&'a Receiver], with_direct: bool) -> Self {
+        Self { receivers, with_direct, crossings: vec![Crossings::default(); receivers.len()] }
+    }
+
+    /// One record out of many, in order.
+    pub fn merge(records: Vec<Self>) -> Vec<Crossings<C>> {
+        let count = records.first().map_or(0, |record| record.crossings.len());
+        let mut merged = vec![Crossings::default(); count];
+        for mut record in records {
+            for (all, part) in merged.iter_mut().zip(&mut record.crossings) {
+                all.sharp.append(&mut part.sharp);
+                all.smooth.append(&mut part.smooth);
+            }
+        }
+        merged
+    }
+}
+
+impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        if flight.history == History::Direct && !self.with_direct {
+            return;
+        }
+        for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
+            if let Some([a, b]) = receiver.crossing(flight) {
+                let kept =
+                    if flight.history == History::Diffused { &mut crossings.smooth } else { &mut crossings.sharp };
+                kept.push([a, b, 0.0], flux);
+            }
+        }
+    }
+}
+
+/// Keeps every photon that lands on an opaque surface, as the paper does.
+pub struct LandingRecorder<const C: usize>(Photons<C>);
+
+impl<const C: usize> LandingRecorder<C> {
+    /// An empty record.
+    pub fn new() -> Self {
+        Self(Photons::default())
+    }
+
+    /// One record out of many, in order.
+    pub fn merge(records: Vec<Self>) -> Photons<C> {
+        let mut merged = Photons::default();
+        records.into_iter().for_each(|mut record| merged.append(&mut record.0));
+        merged
+    }
+}
+
+impl<const C: usize> Default for LandingRecorder<C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const C: usize> Recorder<C> for LandingRecorder<C> {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        if let (Some(hit), true) = (flight.hit, flight.lands) {
+            self.0.push(hit.position.to_array(), flux);
+        }
+    }
+}
+
+/// Both records at once: `seed` reads surfaces from landings and planes in the air from crossings.
+impl<const C: usize, A: Recorder<C>, B: Recorder<C>> Recorder<C> for (A, B) {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        self.0.record(flight, flux);
+        self.1.record(flight, flux);
+    }
+}

@@ -1,0 +1,24 @@
+//! luxmap computes how bright a room is: illuminance in lux, by photon mapping, from a scene file to EXR.
+//!
+//! The modules follow the path of the light.
+//!
+//! 1. A [`scene`] file is read: meshes, materials, luminaires, measuring planes; validated, in metres, recentred.
+//! 2. A [`scene::plan`] says what this scene needs and what can be left out.
+//! 3. The [`luminaire`]s emit photons, shared among them by their flux.
+//! 4. [`photon`]s fly through the mesh, which [`embree`] holds, from bounce to bounce until roulette ends them.
+//! 5. Those that cross a measuring plane are kept in a [`photon_map`].
+//! 6. Every point of a plane [`gather`]s: direct light by shadow rays, bounced light from the photons nearest to it.
+//! 7. [`render`](mod@render) runs these steps in order and keeps the books on time, flux and error.
+//! 8. A [`report`] writes EXR, PNG, CSV, JSON and HTML; the [`cli`] is the command around it all.
+
+pub mod cli;
+pub mod embree;
+pub mod error;
+pub mod gather;
+pub mod luminaire;
+pub mod photon;
+pub mod photon_map;
+pub mod render;
+pub mod report;
+pub mod scene;
+pub mod units;

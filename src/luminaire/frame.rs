@@ -1,0 +1,75 @@
+//! How a luminaire stands in the room: its aim and its C0 plane.
+
+use glam::DVec3;
+
+/// The direction of the C0 plane (the first size of a rectangle) for a luminaire that looks along the unit vector `aim`,
+/// turned by `rotation` degrees about it.
+///
+/// Hang the luminaire straight down with C0 towards +x, then tilt it the shortest way until it looks along `aim`: that is
+/// rotation 0. Straight up is the one aim without a shortest way (no frame is continuous everywhere); there C0 is +x
+/// again, but next to it C0 follows the direction of the tilt. Positive rotations follow the right hand about `aim`: seen
+/// from above, a luminaire that looks down turns clockwise.
+pub(crate) fn c0_direction(aim: DVec3, rotation: f64) -> DVec3 {
+    let down = DVec3::NEG_Z;
+    let cosine = 1.0 + aim.dot(down);
+    // Rodrigues' rotation of +x that takes `down` to `aim`, simplified by x ⟂ down.
+    let untwisted = if cosine < 1e-12 { DVec3::X } else { DVec3::X - (aim + down) * (aim.x / cosine) };
+    let (sin, cos) = sin_cos_degrees(rotation);
+    (untwisted * cos + aim.cross(untwisted) * sin).normalize()
+}
+
+/// Sine and cosine of an angle in degrees, exact at quarter turns.
+pub(crate) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let turned = degrees.rem_euclid(360.0);
+    match turned {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => turned.to_radians().sin_cos(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_rotation_0_c0_is_x_up_and_down() {
+        assert_eq!(c0_direction(DVec3::NEG_Z, 0.0), DVec3::X);
+        assert_eq!(c0_direction(DVec3::Z, 0.0), DVec3::X);
+    }
+
+    #[test]
+    fn c0_stays_a_unit_vector_at_a_right_angle_to_the_aim() {
+        for i in 0..1000 {
+            let (z, phi) = (f64::from(i) / 500.0 - 1.0, 2.399_963 * f64::from(i));
+            let aim = DVec3::new((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z).normalize();
+            let c0 = c0_direction(aim, 0.37 * f64::from(i));
+            assert!((c0.length() - 1.0).abs() < 1e-12 && c0.dot(aim).abs() < 1e-9, "{aim} {c0}");
+        }
+    }
+
+    #[test]
+    fn c0_turns_by_the_right_hand_about_the_aim() {
+        assert_eq!(c0_direction(DVec3::NEG_Z, 90.0), DVec3::NEG_Y);
+        assert_eq!(c0_direction(DVec3::Z, 90.0), DVec3::Y);
+        assert_eq!(c0_direction(DVec3::Z, -270.0), DVec3::Y);
+    }
+
+    #[test]
+    fn tilting_the_luminaire_towards_x_lifts_c0() {
+        assert!((c0_direction(DVec3::X, 0.0) - DVec3::Z).length() < 1e-15);
+        assert!((c0_direction(DVec3::Y, 0.0) - DVec3::X).length() < 1e-15);
+    }
+
+    #[test]
+    fn a_small_change_of_aim_is_a_small_change_of_c0() {
+        for aim in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z, DVec3::new(1.0, 1.0, 1.0).normalize()] {
+            for push in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let moved = c0_direction((aim + 1e-6 * push).normalize(), 0.0);
+                assert!((moved - c0_direction(aim, 0.0)).length() < 1e-5, "{aim} {push}");
+            }
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Photons: how their randomness is dealt, what they carry, how they travel.
+
+pub mod flux;
+pub mod random;
+pub mod trace;
+
+pub use flux::Flux;
+pub use random::{Seed, Stream};
+pub use trace::{Tally, Tracer};

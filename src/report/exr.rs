@@ -1,0 +1,202 @@
+//! Illuminance maps as OpenEXR: single part, ZIP, 32-bit float scanlines, values in lx.
+//!
+//! | channel | in which files | holds |
+//! |---|---|---|
+//! | `Y` | colourless scenes | E, lx |
+//! | `R` `G` `B` | coloured scenes | E of each channel (linear Rec. 709), lx; E = 0.2126 R + 0.7152 G + 0.0722 B |
+//! | `A` | maps with cells where no light can arrive | 0 there, as are all other channels; 1 elsewhere |
+//! | `direct.Y` `indirect.Y` `stderr.Y` | where asked for | photometric parts of E and its standard error (1 σ), lx |
+//!
+//! Further layers are photometric in coloured scenes too: the split and the error are known of E, not of its channels.
+//! The first image row is the far end of `across`, so that a floor shows as a plan, y up. `corner`, `along` and `across`
+//! are attributes of text (x y z, m), since survey coordinates need more than single precision.
+
+use std::io::{self, Seek, Write};
+use std::path::Path;
+
+use ::exr::meta::attribute::Chromaticities;
+use ::exr::prelude::*;
+use glam::DVec3;
+
+use crate::error::{Error, InputError, Location};
+use crate::report::{IlluminanceMap, Run, invalid};
+use crate::units::luminance;
+
+/// Layers to write beside E, each in lx.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExtraLayers {
+    /// `direct.Y`, the part straight from luminaires; left out where the method doesn't know it.
+    pub direct: bool,
+    /// `indirect.Y` = E − direct; left out where the method doesn't know it.
+    pub indirect: bool,
+    /// `stderr.Y`, standard error (1 σ, statistical part).
+    pub standard_error: bool,
+}
+
+/// An illuminance image, cells row by row from the plane's corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IlluminanceImage {
+    /// Columns and rows.
+    pub cells: [usize; 2],
+    /// E of each cell, lx; 0 where there is no value.
+    pub illuminance: Vec<f64>,
+    /// False where no light can arrive.
+    pub has_value: Vec<bool>,
+}
+
+/// Writes a map as an EXR file.
+///
+/// # Errors
+/// Where `out` fails, and where a value isn't finite or too large for single precision.
+pub fn write(map: &IlluminanceMap, run: &Run, layers: &ExtraLayers, out: &mut (impl Write + Seek)) -> io::Result<()> {
+    map.check()?;
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let layer = Layer::new((map.cells[0], map.cells[1]), attributes(map, run), encoding, channels(map, layers));
+    let mut image = Image::from_layer(layer);
+    image.attributes.pixel_aspect = pixel_aspect(map);
+    image.attributes.chromaticities = map.rgb.as_ref().map(|_| rec709());
+    image.write().to_buffered(out).map_err(io_error)
+}
+
+/// E of an EXR file's cells, lx, row by row from the plane's corner, with the numbers of columns and rows; 0 where there
+/// is no value ([`read()`] tells which).
+///
+/// # Errors
+/// As [`read()`].
+pub fn read_illuminance(path: &Path) -> std::result::Result<(usize, usize, Vec<f64>), Error> {
+    let IlluminanceImage { cells: [columns, rows], illuminance, .. } = read(path)?;
+    Ok((columns, rows, illuminance))
+}
+
+/// Reads an illuminance image: channel `Y`, or `R G B` of linear Rec. 709, in lx. Cells where `A` is 0, or
+/// E isn't finite (as some programs mark them), have no value. The first image row is the last of the cells.
+///
+/// # Errors
+/// [`Error::Input`] where the file can't be read, or has neither channel `Y` nor channels `R G B`.
+pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
+    let refuse = |found: String, expected: &str| InputError::new(Location::file(path), found, expected);
+    let image = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| refuse(error.to_string(), "an OpenEXR image"))?;
+    let layer = &image.layer_data;
+    let Vec2(columns, rows) = layer.size;
+    let channel = |name: &str| {
+        let found = layer.channel_data.list.iter().find(|channel| channel.name == *name)?;
+        Some(flipped(columns, found.sample_data.values_as_f32().map(f64::from).collect()))
+    };
+    let illuminance = match (channel("Y"), channel("R"), channel("G"), channel("B")) {
+        (Some(y), ..) => y,
+        (None, Some(r), Some(g), Some(b)) => {
+            r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| luminance([r, g, b])).collect()
+        }
+        _ => {
+            let names: Vec<_> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
+            return Err(refuse(format!("channels {}", names.join(", ")), "a channel Y or channels R, G, B, in lx"))?;
+        }
+    };
+    let alpha = channel("A").unwrap_or_else(|| vec![1.0; columns * rows]);
+    let has_value: Vec<_> = illuminance.iter().zip(&alpha).map(|(e, &a)| a != 0.0 && e.is_finite()).collect();
+    let illuminance = illuminance.iter().zip(&has_value).map(|(&e, &known)| if known { e } else { 0.0 }).collect();
+    Ok(IlluminanceImage { cells: [columns, rows], illuminance, has_value })
+}
+
+/// All channels of a file, in the order of their names, which the format wants.
+fn channels(map: &IlluminanceMap, layers: &ExtraLayers) -> AnyChannels<FlatSamples> {
+    let mut list = SmallVec::new();
+    let mut add = |name: &str, value: &dyn Fn(usize) -> f64| {
+        let value = |cell| if map.has_value[cell] { value(cell) as f32 } else { 0.0 };
+        let samples = flipped(map.cells[0], (0..map.illuminance.len()).map(value).collect());
+        list.push(AnyChannel::new(name, FlatSamples::F32(samples)));
+    };
+    match &map.rgb {
+        None => add("Y", &|cell| map.illuminance[cell]),
+        Some(rgb) => ["R", "G", "B"].iter().enumerate().for_each(|(i, name)| add(name, &|cell| rgb[cell][i])),
+    }
+    if let Some(direct) = &map.direct {
+        if layers.direct {
+            add("direct.Y", &|cell| direct[cell]);
+        }
+        if layers.indirect {
+            add("indirect.Y", &|cell| map.illuminance[cell] - direct[cell]);
+        }
+    }
+    if layers.standard_error {
+        add("stderr.Y", &|cell| map.standard_error[cell]);
+    }
+    if map.has_value.contains(&false) {
+        add("A", &|_| 1.0);
+    }
+    AnyChannels::sort(list)
+}
+
+/// What the file says about itself.
+fn attributes(map: &IlluminanceMap, run: &Run) -> LayerAttributes {
+    let text = |text: &str| AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())); // UTF-8, as others write
+    let count = |count: u64| AttributeValue::F64(count as f64); // exact up to 2⁵³; a 32-bit integer isn't
+    let whole = |number: usize| AttributeValue::I32(i32::try_from(number).unwrap_or(i32::MAX));
+    let vector = |v: DVec3| text(&format!("{} {} {}", v.x, v.y, v.z));
+    let software = concat!("luxmap ", env!("CARGO_PKG_VERSION"));
+    let other = [
+        ("unit", text("lx")),
+        ("scene", text(&run.scene)),
+        ("sceneHash", text(&run.scene_hash)),
+        ("plane", text(&map.name)),
+        ("corner", vector(map.corner)),
+        ("along", vector(map.along)),
+        ("across", vector(map.across)),
+        ("method", text(&run.method)),
+        ("tree", text(&run.tree)),
+        ("photons", count(run.photons_emitted)),
+        ("nearest", whole(run.nearest)),
+        ("radius", AttributeValue::F64(run.radius)),
+        ("seed", text(&run.seed.to_string())),
+        ("passes", whole(run.passes as usize)),
+        ("seconds", AttributeValue::F64(run.total_seconds)),
+    ];
+    LayerAttributes {
+        software_name: Some(software.into()),
+        other: other.into_iter().map(|(name, value)| (name.into(), value)).collect(),
+        ..LayerAttributes::default()
+    }
+}
+
+/// Width of a cell over its height; 1 for a plane without extent.
+fn pixel_aspect(map: &IlluminanceMap) -> f32 {
+    let [columns, rows] = map.cells.map(|cells| cells as f64);
+    let aspect = ((map.along.length() / columns) / (map.across.length() / rows)) as f32;
+    if aspect.is_normal() { aspect } else { 1.0 }
+}
+
+/// Primaries and white of Rec. 709.
+fn rec709() -> Chromaticities {
+    Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.30, 0.60),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.3290),
+    }
+}
+
+/// Rows from the plane's order (corner first) into the image's (far end first), or back.
+fn flipped<T>(columns: usize, mut values: Vec<T>) -> Vec<T> {
+    let rows = values.len() / columns;
+    for row in 0..rows / 2 {
+        let (head, tail) = values.split_at_mut((rows - 1 - row) * columns);
+        head[row * columns..][..columns].swap_with_slice(&mut tail[..columns]);
+    }
+    values
+}
+
+/// The system's error as it is, the format's with its message.
+fn io_error(error: ::exr::error::Error) -> io::Error {
+    match error {
+        ::exr::error::Error::Io(error) => error,
+        other => invalid(other.to_string()),
+    }
+}

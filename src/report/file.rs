@@ -1,0 +1,124 @@
+//! Files that are whole or not there, under names that stay in their folder.
+
+use std::collections::HashSet;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::error::Error;
+
+/// What a file's content is written to.
+pub(crate) type Writer = BufWriter<File>;
+
+/// Names that belong to other results, and those Windows keeps for devices.
+const RESERVED: [&str; 8] = ["sensors", "summary", "report", "con", "prn", "aux", "nul", "convergence"];
+
+/// Longest file name without its ending, characters.
+const LONGEST: usize = 60;
+
+/// File names (without ending) for things named by a user: letters, digits, `-`, `_`, `.` and spaces stay, anything else
+/// becomes `_`. No name leaves the folder, is hidden, or equals another in any case of letters; a second one gets `-2`.
+pub fn stems(names: &[&str]) -> Vec<String> {
+    let mut taken: HashSet<String> = RESERVED.iter().map(|&name| name.into()).collect();
+    names.iter().map(|name| first_free(&safe(name), &mut taken)).collect()
+}
+
+/// A name made of harmless characters.
+fn safe(name: &str) -> String {
+    let harmless = |c: char| if c.is_alphanumeric() || " -_.".contains(c) { c } else { '_' };
+    let name: String = name.chars().take(LONGEST).map(harmless).collect();
+    let name = name.trim().trim_start_matches('.').trim_end_matches('.').trim();
+    if name.is_empty() { "plane".into() } else { name.into() }
+}
+
+/// `stem`, or `stem-2`, `stem-3` … where that is taken.
+fn first_free(stem: &str, taken: &mut HashSet<String>) -> String {
+    let numbered = (2..).map(|number: u32| format!("{stem}-{number}"));
+    std::iter::once(stem.to_owned())
+        .chain(numbered)
+        .find(|name| taken.insert(name.to_lowercase()))
+        .expect("there is no end of numbers")
+}
+
+/// Writes a file under a temporary name beside `path` and renames it; on an error neither remains.
+pub(crate) fn write_whole(path: &Path, content: &mut dyn FnMut(&mut Writer) -> io::Result<()>) -> Result<(), Error> {
+    let mut attempt = || {
+        let (temporary, file) = Temporary::beside(path)?;
+        let mut out = BufWriter::new(file);
+        content(&mut out)?;
+        out.flush()?;
+        drop(out);
+        temporary.rename(path)
+    };
+    attempt().map_err(|source| Error::Write { path: path.to_owned(), source })
+}
+
+/// Makes and removes a file in `folder`.
+pub(crate) fn check_writable(folder: &Path) -> io::Result<()> {
+    Temporary::beside(&folder.join("check")).map(|_| ())
+}
+
+/// A file that is removed unless it gets its final name.
+struct Temporary {
+    path: PathBuf,
+    renamed: bool,
+}
+
+impl Temporary {
+    /// A new file in the folder of `path`.
+    fn beside(path: &Path) -> io::Result<(Self, File)> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        loop {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            let temporary = path.with_file_name(format!(".luxmap-{}-{number}.tmp", std::process::id()));
+            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                file => return Ok((Self { path: temporary, renamed: false }, file?)),
+            }
+        }
+    }
+
+    /// Gives the file its name, replacing an older one.
+    fn rename(mut self, path: &Path) -> io::Result<()> {
+        std::fs::rename(&self.path, path)?;
+        self.renamed = true;
+        Ok(())
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if !self.renamed {
+            // The error that led here is the one to report.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_leaves_the_folder_or_meets_another() {
+        let names =
+            ["../x", "/etc/passwd", "..", "", "a/b", "a\\b", "A_b", "a_b-2", "sensors", "NUL", "Büro 1", "x\0y"];
+        let stems = stems(&names);
+        let expected = [
+            "_x",
+            "_etc_passwd",
+            "plane",
+            "plane-2",
+            "a_b",
+            "a_b-2",
+            "A_b-3",
+            "a_b-2-2",
+            "sensors-2",
+            "NUL-2",
+            "Büro 1",
+            "x_y",
+        ];
+        assert_eq!(stems, expected);
+    }
+}

@@ -1,0 +1,250 @@
+//! The report for a person: one HTML file that needs nothing else, pictures included; dark and light, wide and narrow.
+
+use std::fmt::Display;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
+
+use crate::report::number::{count, duration, fine_percent, long, percent, short};
+use crate::report::table::method;
+use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::units::Lumens;
+
+/// Looks of the page.
+const STYLE: &str = include_str!("report.css");
+
+/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order; a map beyond their number has none.
+pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
+    let run = &results.run;
+    let title = escape(&run.scene);
+    let planes: String =
+        results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
+    let parts = [
+        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
+        warnings(run),
+        overview(results),
+        planes,
+        sensors(results),
+        flux_balance(run),
+        times(run),
+        computation(run),
+    ];
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title} · luxmap</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n\
+         <footer>luxmap {}</footer>\n</body>\n</html>\n",
+        parts.concat(),
+        env!("CARGO_PKG_VERSION"),
+    )
+}
+
+/// What the user ought to know.
+fn warnings(run: &Run) -> String {
+    if run.warnings.is_empty() {
+        return String::new();
+    }
+    let items: String = run.warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
+    format!("<section class=\"warning\">\n<h2>Warnings</h2>\n<ul>\n{items}</ul>\n</section>\n")
+}
+
+/// All planes in one table.
+fn overview(results: &Results) -> String {
+    if results.maps.len() < 2 {
+        return String::new();
+    }
+    let head = ["Plane", "Ē, lx", "E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
+    let rows = results.maps.iter().map(|map| {
+        let found = statistics(map);
+        let figures = [short(found.mean.0), short(found.min.0), short(found.max.0), format!("{:.2}", found.uniformity)];
+        let name = escape(&map.name);
+        let [mean, min, max, uniformity] =
+            if found.cells > 0 { figures } else { std::array::from_fn(|_| "–".into()) };
+        [name, mean, min, max, uniformity]
+    });
+    section("Measuring planes", &table(head, rows))
+}
+
+/// Picture and figures of a plane.
+fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
+    let name = escape(&map.name);
+    let image = picture.map_or_else(String::new, |png| {
+        let alt = format!("Illuminance on {name} in false colours, with isolux lines");
+        format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
+    });
+    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n", figures(map)))
+}
+
+/// Figures of a plane, one on each line.
+fn figures(map: &IlluminanceMap) -> String {
+    let found = statistics(map);
+    let [columns, rows] = map.cells;
+    let size = format!("{} m × {} m", short(map.along.length()), short(map.across.length()));
+    let place = [
+        ("Size".to_owned(), size),
+        (
+            "Corner".to_owned(),
+            format!("({}, {}, {}) m", metres(map.corner.x), metres(map.corner.y), metres(map.corner.z)),
+        ),
+        ("Cells".to_owned(), format!("{columns} × {rows}, {} without a value", found.cells_without_value)),
+    ];
+    if found.cells == 0 {
+        return definitions(place) + "<p>No light can arrive anywhere on this plane.</p>\n";
+    }
+    let lux = |value: f64| format!("{} lx", short(value));
+    let noise = format!("{} ({} %)", lux(found.mean_standard_error.0), percent(found.relative_error()));
+    let light = [
+        ("Mean Ē", lux(found.mean.0)),
+        ("Minimum E<sub>min</sub>", lux(found.min.0)),
+        ("Maximum E<sub>max</sub>", lux(found.max.0)),
+        ("Median", lux(found.median.0)),
+        ("Uniformity U<sub>0</sub> = E<sub>min</sub> / Ē", format!("{:.2}", found.uniformity)),
+        ("Diversity U<sub>d</sub> = E<sub>min</sub> / E<sub>max</sub>", format!("{:.2}", found.diversity)),
+        ("Standard error of a cell, mean", noise),
+        ("Standard error of a cell, largest", lux(found.largest_standard_error.0)),
+    ];
+    definitions(light.map(|(name, value)| (name.to_owned(), value)).into_iter().chain(place))
+}
+
+/// Readings of all sensors.
+fn sensors(results: &Results) -> String {
+    if results.sensors.is_empty() {
+        return String::new();
+    }
+    let head = ["Sensor", "Position, m", "E, lx", "Standard error, lx", "Target, lx", ""];
+    section("Sensors", &table(head, results.sensors.iter().map(sensor)))
+}
+
+/// A sensor's line.
+fn sensor(sensor: &SensorReading) -> [String; 6] {
+    let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
+    let at = sensor.position;
+    [
+        escape(&sensor.name),
+        format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)),
+        value(sensor.illuminance),
+        value(sensor.standard_error),
+        sensor.target.map_or_else(String::new, short),
+        match sensor.meets_target() {
+            Some(true) => "<span class=\"met\">✓ met</span>".into(),
+            Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
+            None => String::new(),
+        },
+    ]
+}
+
+/// A coordinate to the millimetre.
+fn metres(coordinate: f64) -> f64 {
+    (coordinate * 1e3).round() / 1e3 + 0.0
+}
+
+/// Where the photons' flux went.
+fn flux_balance(run: &Run) -> String {
+    let flux = &run.flux;
+    let share = |part: Lumens| if flux.emitted.0 > 0.0 { part / flux.emitted } else { 0.0 };
+    let parts =
+        [("Emitted", flux.emitted), ("Absorbed", flux.absorbed), ("Escaped", flux.escaped), ("Cut off", flux.cut_off)];
+    let rows = parts.map(|(name, part)| [name.to_owned(), long(part.0), fine_percent(share(part))]);
+    let note = "<p>Emitted = absorbed + escaped + cut off. Absorbed: by surfaces and inside glass. Escaped: left the scene \
+                without meeting anything. Cut off: still under way at the safety cap on bounces.</p>\n";
+    section("Flux balance", &(table(["", "Φ, lm", "%"], rows.into_iter()) + note))
+}
+
+/// Time of each stage, and rates.
+fn times(run: &Run) -> String {
+    let share =
+        |seconds: f64| if run.total_seconds > 0.0 { percent(seconds / run.total_seconds) } else { "–".into() };
+    let stages = run.seconds.iter().map(|&(name, seconds)| [escape(name), duration(seconds), share(seconds)]);
+    let total = ["Whole run".to_owned(), duration(run.total_seconds), share(run.total_seconds)];
+    section("Time", &table(["Stage", "Time", "%"], stages.chain([total])))
+}
+
+/// How the results came about.
+fn computation(run: &Run) -> String {
+    let memory = match run.peak_memory {
+        0 => "unknown".to_owned(),
+        bytes => format!("{} MB", short(bytes as f64 / 1e6)),
+    };
+    let facts = [
+        ("Method", escape(&run.method)),
+        ("Photons emitted", count(run.photons_emitted)),
+        ("Photons stored", count(run.photons_stored)),
+        ("Passes", run.passes.to_string()),
+        ("Nearest photons k", run.nearest.to_string()),
+        ("Largest search radius", format!("{} m", short(run.radius))),
+        ("Photon map’s tree", escape(&run.tree)),
+        ("Seed", run.seed.to_string()),
+        ("Threads", run.threads.to_string()),
+        ("Rays of photons", count(run.photon_rays)),
+        ("Shadow and in-plane rays", count(run.gather_rays)),
+        ("Triangles", count(run.triangles as u64)),
+        ("Luminaires", count(run.luminaires as u64)),
+        ("Peak memory", memory),
+        ("Scene (SHA-256)", format!("<code>{}</code>", escape(&run.scene_hash))),
+        ("luxmap", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    let facts = definitions(facts.map(|(name, value)| (name.to_owned(), value)));
+    section("How it was computed", &format!("<p>{}</p>\n{facts}", explanation(&run.method)))
+}
+
+/// What a method does, in words.
+fn explanation(method: &str) -> &'static str {
+    match method {
+        "split" => {
+            "Direct light is sampled by shadow rays to the luminaires; light that has bounced, or passed a mirror or glass, \
+             comes from photon maps. Standard errors are statistical (1 σ), from the spread between independent passes; \
+             they don’t include the bias of density estimation."
+        }
+        "photons" => {
+            "All light comes from photon maps, with corrections for edges, the side of a surface and the k-th photon. \
+             Standard errors are statistical (1 σ), from the spread between independent passes; they don’t include the \
+             bias of density estimation."
+        }
+        "seed" => {
+            "All light comes from photons: E = Σφ / (πr²) over the k nearest. Readings are low near walls and edges, and \
+             about k / (k − 1) high elsewhere; standard errors are statistical (1 σ) and don’t include that."
+        }
+        "path" => {
+            "Light is followed backwards from the measuring points, without bias; standard errors are statistical (1 σ)."
+        }
+        _ => "Standard errors are statistical (1 σ).",
+    }
+}
+
+/// A headline and what belongs to it.
+fn section(headline: &str, content: &str) -> String {
+    format!("<section>\n<h2>{headline}</h2>\n{content}</section>\n")
+}
+
+/// A table; cells are HTML.
+fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+    let line = |tag: &str, cells: &[String]| {
+        let cells: String = cells.iter().map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    let body: String = rows.map(|row| line("td", &row)).collect();
+    let head = line("th", &head.map(String::from));
+    format!("<div class=\"scroll\"><table>\n<thead>{head}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n")
+}
+
+/// Names and values, one pair on each line; both are HTML.
+fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
+    let rows = pairs.into_iter().map(|(name, value)| format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
+    format!("<div class=\"scroll\"><table class=\"facts\">\n{}</table></div>\n", rows.collect::<String>())
+}
+
+/// Text made harmless in HTML, also within quotes.
+fn escape(text: &str) -> String {
+    text.chars().fold(String::with_capacity(text.len()), |mut html, character| {
+        match character {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            '\'' => html.push_str("&#39;"),
+            other => html.push(other),
+        }
+        html
+    })
+}

@@ -1,0 +1,184 @@
+//! The summary for programs: one JSON object, keys in a fixed order, each with its unit in its name.
+//!
+//! `luxmap`, `scene`, `scene_sha256`, `method`, `tree`, `seed`, `passes`, `nearest`, `radius_m`, `photons_emitted`,
+//! `photons_stored`, `photon_rays`, `gather_rays`, `threads`, `triangles`, `luminaires`, then
+//! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
+//!   where no cell has a value;
+//! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
+//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes;
+//! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
+//! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
+//! - `warnings`: sentences.
+
+use serde::Serialize;
+
+use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics};
+
+/// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
+/// digits; one that isn't finite is null.
+pub fn summary(results: &Results) -> String {
+    let mut text = serde_json::to_string_pretty(&Summary::new(results)).expect("numbers, texts and lists make JSON");
+    text.push('\n');
+    text
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    luxmap: &'static str,
+    scene: &'a str,
+    scene_sha256: &'a str,
+    method: &'a str,
+    tree: &'a str,
+    seed: u64,
+    passes: u32,
+    nearest: usize,
+    radius_m: f64,
+    photons_emitted: u64,
+    photons_stored: u64,
+    photon_rays: u64,
+    gather_rays: u64,
+    threads: usize,
+    triangles: usize,
+    luminaires: usize,
+    planes: Vec<Plane<'a>>,
+    sensors: Vec<Sensor<'a>>,
+    flux: Flux,
+    stages: Vec<Stage>,
+    total_s: f64,
+    peak_memory_bytes: Option<u64>,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Plane<'a> {
+    name: &'a str,
+    corner_m: [f64; 3],
+    along_m: [f64; 3],
+    across_m: [f64; 3],
+    cells: [usize; 2],
+    cells_with_value: usize,
+    cells_without_value: usize,
+    mean_lx: Option<f64>,
+    min_lx: Option<f64>,
+    max_lx: Option<f64>,
+    median_lx: Option<f64>,
+    deviation_lx: Option<f64>,
+    mean_standard_error_lx: Option<f64>,
+    largest_standard_error_lx: Option<f64>,
+    uniformity_u0: Option<f64>,
+    diversity_ud: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Sensor<'a> {
+    name: &'a str,
+    position_m: [f64; 3],
+    normal: [f64; 3],
+    illuminance_lx: Option<f64>,
+    standard_error_lx: Option<f64>,
+    target_lx: Option<f64>,
+    target_met: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rgb_lx: Option<[f64; 3]>,
+}
+
+#[derive(Serialize)]
+struct Flux {
+    emitted_lm: f64,
+    absorbed_lm: f64,
+    escaped_lm: f64,
+    cut_off_lm: f64,
+}
+
+#[derive(Serialize)]
+struct Stage {
+    name: &'static str,
+    seconds: f64,
+}
+
+impl<'a> Summary<'a> {
+    fn new(results: &'a Results) -> Self {
+        let run = &results.run;
+        Self {
+            luxmap: env!("CARGO_PKG_VERSION"),
+            scene: &run.scene,
+            scene_sha256: &run.scene_hash,
+            method: &run.method,
+            tree: &run.tree,
+            seed: run.seed,
+            passes: run.passes,
+            nearest: run.nearest,
+            radius_m: run.radius,
+            photons_emitted: run.photons_emitted,
+            photons_stored: run.photons_stored,
+            photon_rays: run.photon_rays,
+            gather_rays: run.gather_rays,
+            threads: run.threads,
+            triangles: run.triangles,
+            luminaires: run.luminaires,
+            planes: results.maps.iter().map(Plane::new).collect(),
+            sensors: results.sensors.iter().map(Sensor::new).collect(),
+            flux: Flux::new(&run.flux),
+            stages: stages(run),
+            total_s: run.total_seconds,
+            peak_memory_bytes: (run.peak_memory > 0).then_some(run.peak_memory),
+            warnings: &run.warnings,
+        }
+    }
+}
+
+impl<'a> Plane<'a> {
+    fn new(map: &'a IlluminanceMap) -> Self {
+        let found = statistics(map);
+        let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
+        Self {
+            name: &map.name,
+            corner_m: map.corner.to_array(),
+            along_m: map.along.to_array(),
+            across_m: map.across.to_array(),
+            cells: map.cells,
+            cells_with_value: found.cells,
+            cells_without_value: found.cells_without_value,
+            mean_lx: known(|s| s.mean.0),
+            min_lx: known(|s| s.min.0),
+            max_lx: known(|s| s.max.0),
+            median_lx: known(|s| s.median.0),
+            deviation_lx: known(|s| s.deviation.0),
+            mean_standard_error_lx: known(|s| s.mean_standard_error.0),
+            largest_standard_error_lx: known(|s| s.largest_standard_error.0),
+            uniformity_u0: known(|s| s.uniformity),
+            diversity_ud: known(|s| s.diversity),
+        }
+    }
+}
+
+impl<'a> Sensor<'a> {
+    fn new(sensor: &'a SensorReading) -> Self {
+        Self {
+            name: &sensor.name,
+            position_m: sensor.position.to_array(),
+            normal: sensor.normal.to_array(),
+            illuminance_lx: sensor.has_value.then_some(sensor.illuminance),
+            standard_error_lx: sensor.has_value.then_some(sensor.standard_error),
+            target_lx: sensor.target,
+            target_met: sensor.meets_target(),
+            rgb_lx: sensor.rgb.filter(|_| sensor.has_value),
+        }
+    }
+}
+
+impl Flux {
+    fn new(flux: &FluxBalance) -> Self {
+        Self {
+            emitted_lm: flux.emitted.0,
+            absorbed_lm: flux.absorbed.0,
+            escaped_lm: flux.escaped.0,
+            cut_off_lm: flux.cut_off.0,
+        }
+    }
+}
+
+/// Wall time of each stage.
+fn stages(run: &Run) -> Vec<Stage> {
+    run.seconds.iter().map(|&(name, seconds)| Stage { name, seconds }).collect()
+}

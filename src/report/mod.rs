@@ -1,0 +1,255 @@
+//! What a run leaves behind: EXR, PNG, CSV, JSON, HTML and a table.
+//!
+//! [`write()`] puts everything into a folder; each format has a module of its own, which writes to memory or to any writer.
+//! Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program (EXR, CSV,
+//! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
+
+pub mod csv;
+pub mod exr;
+mod file;
+pub mod html;
+pub mod json;
+mod number;
+pub mod png;
+pub mod statistics;
+pub mod table;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::units::Lumens;
+pub use exr::ExtraLayers;
+pub use file::stems;
+pub use statistics::{Statistics, statistics};
+
+/// Everything a run found, ready to be written.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// How it was found.
+    pub run: Run,
+    /// One map for each measuring plane.
+    pub maps: Vec<IlluminanceMap>,
+    /// One reading for each sensor.
+    pub sensors: Vec<SensorReading>,
+}
+
+/// Illuminance over one measuring plane. Cells are row by row from `corner`; world coordinates.
+#[derive(Clone, Debug)]
+pub struct IlluminanceMap {
+    /// Name of the measuring plane.
+    pub name: String,
+    /// World corner, m.
+    pub corner: DVec3,
+    /// Whole extent of image x, m.
+    pub along: DVec3,
+    /// Whole extent of image y, m.
+    pub across: DVec3,
+    /// Columns and rows.
+    pub cells: [usize; 2],
+    /// E of each cell, lx.
+    pub illuminance: Vec<f64>,
+    /// E of each channel (linear Rec. 709), lx; only in coloured scenes.
+    pub rgb: Option<Vec<[f64; 3]>>,
+    /// The part that came straight from luminaires, lx; where the method knows it.
+    pub direct: Option<Vec<f64>>,
+    /// Standard error of each cell (1 σ, statistical part), lx.
+    pub standard_error: Vec<f64>,
+    /// False where no light can arrive, as inside a solid: such cells have no value.
+    pub has_value: Vec<bool>,
+    /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
+    pub outlines: Vec<Vec<[f64; 2]>>,
+}
+
+/// What a sensor reads.
+#[derive(Clone, Debug)]
+pub struct SensorReading {
+    /// Its name.
+    pub name: String,
+    /// World position, m.
+    pub position: DVec3,
+    /// Unit normal of the measured side.
+    pub normal: DVec3,
+    /// E, lx.
+    pub illuminance: f64,
+    /// E of each channel, lx; only in coloured scenes.
+    pub rgb: Option<[f64; 3]>,
+    /// Standard error (1 σ, statistical part), lx.
+    pub standard_error: f64,
+    /// What the user there asks for, lx.
+    pub target: Option<f64>,
+    /// False where no light can arrive.
+    pub has_value: bool,
+}
+
+/// How a result came about.
+#[derive(Clone, Debug, Default)]
+pub struct Run {
+    /// Name of the scene.
+    pub scene: String,
+    /// SHA-256 of the scene and its files.
+    pub scene_hash: String,
+    /// `split`, `photons` or `seed`.
+    pub method: String,
+    /// Photon map's tree, `kiddo` or `kd`.
+    pub tree: String,
+    /// Photons emitted, all passes together.
+    pub photons_emitted: u64,
+    /// Photons stored for the measuring planes and sensors, all passes together.
+    pub photons_stored: u64,
+    /// Independent passes.
+    pub passes: u32,
+    /// k, nearest photons of an estimate.
+    pub nearest: usize,
+    /// Largest search radius, m.
+    pub radius: f64,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Threads used.
+    pub threads: usize,
+    /// Wall time of each stage, s, in the order they ran.
+    pub seconds: Vec<(&'static str, f64)>,
+    /// Wall time of the whole run, s.
+    pub total_seconds: f64,
+    /// Rays cast by the photons, shadow rays and in-plane rays apart.
+    pub photon_rays: u64,
+    /// Shadow rays and in-plane rays.
+    pub gather_rays: u64,
+    /// Where the photons' flux went.
+    pub flux: FluxBalance,
+    /// Peak memory of the process, bytes; 0 where the system doesn't say.
+    pub peak_memory: u64,
+    /// Numbers of triangles and luminaires.
+    pub triangles: usize,
+    /// Number of luminaires.
+    pub luminaires: usize,
+    /// What the user ought to know.
+    pub warnings: Vec<String>,
+}
+
+/// Emitted = absorbed + escaped + cut off, up to rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FluxBalance {
+    /// Flux of all photons emitted, a pass's mean.
+    pub emitted: Lumens,
+    /// Absorbed by surfaces and inside glass.
+    pub absorbed: Lumens,
+    /// Left the scene without meeting anything.
+    pub escaped: Lumens,
+    /// Still under way at the safety cap on bounces.
+    pub cut_off: Lumens,
+}
+
+/// Makes `folder` where it's missing and checks that files can be made in it, so that a long run doesn't end in an error
+/// that could have come first.
+pub fn prepare(folder: &Path) -> Result<(), Error> {
+    let check = || {
+        std::fs::create_dir_all(folder)?;
+        file::check_writable(folder)
+    };
+    check().map_err(|source| Error::Write { path: folder.to_owned(), source })
+}
+
+/// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
+/// plane, `sensors.csv` where the scene has sensors, `summary.json` and `report.html`.
+///
+/// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
+/// paths in the order they were written. Planes get their file names from [`stems`].
+///
+/// # Errors
+/// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.
+pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
+    prepare(folder)?;
+    let names: Vec<_> = results.maps.iter().map(|map| map.name.as_str()).collect();
+    let stems = stems(&names);
+    let mut written = Vec::new();
+    let mut pictures = Vec::new();
+    let mut save = |name: String, content: &mut dyn FnMut(&mut file::Writer) -> std::io::Result<()>| {
+        let path = folder.join(name);
+        file::write_whole(&path, content)?;
+        written.push(path);
+        Ok::<(), Error>(())
+    };
+    for (map, stem) in results.maps.iter().zip(&stems) {
+        save(format!("{stem}.exr"), &mut |out| exr::write(map, &results.run, layers, out))?;
+        let mut picture = Vec::new();
+        save(format!("{stem}.png"), &mut |out| {
+            picture = png::picture(map, &results.run)?;
+            out.write_all(&picture)
+        })?;
+        pictures.push(picture);
+        save(format!("{stem}.csv"), &mut |out| csv::write_plane(map, out))?;
+    }
+    if !results.sensors.is_empty() {
+        save("sensors.csv".into(), &mut |out| csv::write_sensors(&results.sensors, out))?;
+    }
+    save("summary.json".into(), &mut |out| out.write_all(json::summary(results).as_bytes()))?;
+    save("report.html".into(), &mut |out| out.write_all(html::report(results, &pictures).as_bytes()))?;
+    Ok(written)
+}
+
+impl IlluminanceMap {
+    /// World position of the centre of cell `index` (row by row from the corner), m.
+    pub fn point(&self, index: usize) -> DVec3 {
+        let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let (column, row) = (index % self.cells[0], index / self.cells[0]);
+        self.corner + self.along * share(column, self.cells[0]) + self.across * share(row, self.cells[1])
+    }
+
+    /// E of cell `index`, lx; `None` where no light can arrive.
+    pub fn value(&self, index: usize) -> Option<f64> {
+        self.has_value[index].then(|| self.illuminance[index])
+    }
+
+    /// E of each cell, lx, row by row; `None` where no light can arrive.
+    pub fn values(&self) -> impl Iterator<Item = Option<f64>> {
+        self.illuminance.iter().zip(&self.has_value).map(|(&e, &has_value)| has_value.then_some(e))
+    }
+
+    /// Says why this map can't be written: a length that isn't the number of cells, or a value that isn't finite.
+    pub(crate) fn check(&self) -> std::io::Result<()> {
+        let cells = self.cells[0] * self.cells[1];
+        let lengths = [Some(&self.illuminance), Some(&self.standard_error), self.direct.as_ref()];
+        if cells == 0
+            || lengths.iter().flatten().any(|values| values.len() != cells)
+            || self.rgb.as_ref().is_some_and(|values| values.len() != cells)
+            || self.has_value.len() != cells
+        {
+            return Err(invalid(format!("the map of {} × {} cells is incomplete", self.cells[0], self.cells[1])));
+        }
+        (0..cells).filter(|&cell| self.has_value[cell]).try_for_each(|cell| self.check_cell(cell))
+    }
+
+    /// Says which quantity of a cell isn't a finite number in single precision, which EXR files hold.
+    fn check_cell(&self, cell: usize) -> std::io::Result<()> {
+        let rgb = self.rgb.iter().flat_map(|rgb| rgb[cell]).map(|e| ("E of a channel", e));
+        let direct = self.direct.iter().map(|direct| ("direct E", direct[cell]));
+        let both = [("E", self.illuminance[cell]), ("standard error", self.standard_error[cell])];
+        match both.into_iter().chain(rgb).chain(direct).find(|(_, value)| !(*value as f32).is_finite()) {
+            None => Ok(()),
+            Some((quantity, value)) => Err(invalid(format!(
+                "{quantity} of cell {}, row {} of \"{}\" is {value} lx, expected a finite number",
+                cell % self.cells[0],
+                cell / self.cells[0],
+                self.name
+            ))),
+        }
+    }
+}
+
+impl SensorReading {
+    /// Whether E reaches the target; `None` without a target. A sensor where no light can arrive misses it.
+    pub fn meets_target(&self) -> Option<bool> {
+        self.target.map(|target| self.has_value && self.illuminance >= target)
+    }
+}
+
+/// An error of content, not of the system.
+pub(crate) fn invalid(message: String) -> std::io::Error {
+    std::io::Error::new(std::io::ErrorKind::InvalidData, message)
+}
+
+#[cfg(test)]
+mod tests;

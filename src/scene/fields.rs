@@ -1,0 +1,374 @@
+//! Sections of a TOML file read key by key, so that every refusal can name its line, what stands there and what could.
+//!
+//! `toml` keeps the place of each key and value ([`toml::Spanned`]); serde's derive would lose it in its messages, so the
+//! tables are read directly.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use crate::error::{InputError, Location};
+
+/// Farthest coordinate from the world's origin, m: beyond it even f64 leaves no tenth of a millimetre to compute with.
+pub(crate) const FARTHEST: f64 = 1e9;
+
+/// A text file, and where its lines begin.
+pub(crate) struct Source {
+    path: PathBuf,
+    line_starts: Vec<usize>,
+}
+
+impl Source {
+    pub(crate) fn new(path: &Path, text: &str) -> Self {
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        Self { path: path.to_owned(), line_starts }
+    }
+
+    /// The line in which `span` begins.
+    pub(crate) fn at(&self, span: &Range<usize>) -> Location {
+        Location::line(&self.path, self.line_starts.partition_point(|&start| start <= span.start))
+    }
+}
+
+/// A value, and where it stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed<T> {
+    pub(crate) value: T,
+    pub(crate) at: Location,
+}
+
+/// The keys of one section, such as one `[[luminaire]]`.
+pub(crate) struct Fields<'a> {
+    source: &'a Source,
+    section: String,
+    /// Line of the section's head.
+    pub(crate) at: Location,
+    table: &'a DeTable<'a>,
+}
+
+impl<'a> Fields<'a> {
+    /// A section that knows the keys `known` and refuses others. `section` is its name as the user writes it.
+    pub(crate) fn new(
+        source: &'a Source,
+        section: impl Into<String>,
+        at: Location,
+        table: &'a DeTable<'a>,
+        known: &[&str],
+    ) -> Result<Self, InputError> {
+        let section = section.into();
+        let strangers = table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        if let Some(key) = strangers.min_by_key(|key| key.span().start) {
+            let found = format!("unknown key {} in {section}", quoted(key.get_ref()));
+            let error = InputError::new(source.at(&key.span()), found, format!("one of {}", known.join(", ")));
+            return Err(match closest(key.get_ref(), known.iter().copied()) {
+                Some(near) => error.hint(format!("did you mean {near}?")),
+                None => error,
+            });
+        }
+        Ok(Self { source, section, at, table })
+    }
+
+    fn get(&self, key: &str) -> Option<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)> {
+        self.table.get_key_value(key)
+    }
+
+    /// Refuses the value of `key`, which stands at `value`.
+    fn refuse(&self, key: &str, value: &Spanned<DeValue>, expected: impl Into<String>) -> InputError {
+        let found = format!("{key} = {} in {}", described(value.get_ref()), self.section);
+        InputError::new(self.source.at(&value.span()), found, expected)
+    }
+
+    /// Refuses a section that lacks `key`.
+    pub(crate) fn missing(&self, key: &str, example: &str) -> InputError {
+        InputError::new(self.at.clone(), format!("{} without {key}", self.section), format!("{key} = {example}"))
+    }
+
+    /// Text.
+    pub(crate) fn text(&self, key: &str) -> Result<Option<Placed<String>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::String(text) => Ok(Some(self.placed(value, text.to_string()))),
+            _ => Err(self.refuse(key, value, "text in quotes")),
+        }
+    }
+
+    /// A name: text with something to read in it, all of it printable.
+    pub(crate) fn name(&self, key: &str) -> Result<Option<Placed<String>>, InputError> {
+        let Some(text) = self.text(key)? else { return Ok(None) };
+        if text.value.trim().is_empty() || text.value.contains(char::is_control) {
+            let found = format!("{key} = {} in {}", quoted(&text.value), self.section);
+            return Err(InputError::new(text.at, found, "a name that can be printed"));
+        }
+        Ok(Some(text))
+    }
+
+    /// One of a few words.
+    pub(crate) fn word(&self, key: &str, words: &[&str]) -> Result<Option<Placed<String>>, InputError> {
+        let Some(text) = self.text(key)? else { return Ok(None) };
+        if words.contains(&text.value.as_str()) {
+            return Ok(Some(text));
+        }
+        let found = format!("{key} = {} in {}", quoted(&text.value), self.section);
+        Err(InputError::new(text.at, found, format!("one of {}", listed(words.iter().copied()))))
+    }
+
+    /// A finite number for which `accept` holds; `expected` says which those are.
+    pub(crate) fn number(
+        &self,
+        key: &str,
+        expected: &str,
+        accept: impl Fn(f64) -> bool,
+    ) -> Result<Option<Placed<f64>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        match number(value.get_ref()) {
+            Some(number) if number.is_finite() && accept(number) => Ok(Some(self.placed(value, number))),
+            _ => Err(self.refuse(key, value, expected)),
+        }
+    }
+
+    /// A whole number from `least` to `most`.
+    pub(crate) fn whole(&self, key: &str, least: u64, most: u64) -> Result<Option<Placed<u64>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        match whole(value.get_ref()) {
+            Some(number) if (least..=most).contains(&number) => Ok(Some(self.placed(value, number))),
+            _ => Err(self.refuse(key, value, within("a whole number", least, most))),
+        }
+    }
+
+    /// Two whole numbers from `least` to `most`.
+    pub(crate) fn whole_pair(&self, key: &str, least: u64, most: u64) -> Result<Option<Placed<[u64; 2]>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let pair = list(value.get_ref()).and_then(|items| Some([whole(items.first()?)?, whole(items.get(1)?)?]));
+        match (pair, list(value.get_ref()).map(|items| items.len())) {
+            (Some(pair), Some(2)) if pair.iter().all(|number| (least..=most).contains(number)) => {
+                Ok(Some(self.placed(value, pair)))
+            }
+            _ => Err(self.refuse(key, value, within("two whole numbers", least, most))),
+        }
+    }
+
+    /// N finite numbers, each one such that `accept` holds.
+    pub(crate) fn numbers<const N: usize>(
+        &self,
+        key: &str,
+        expected: &str,
+        accept: impl Fn(f64) -> bool,
+    ) -> Result<Option<Placed<[f64; N]>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let numbers =
+            list(value.get_ref()).and_then(|items| items.into_iter().map(number).collect::<Option<Vec<f64>>>());
+        match numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok()) {
+            Some(numbers) if numbers.iter().all(|&n| n.is_finite() && accept(n)) => {
+                Ok(Some(self.placed(value, numbers)))
+            }
+            _ => Err(self.refuse(key, value, expected)),
+        }
+    }
+
+    /// A place or a length in space, m.
+    pub(crate) fn metres(&self, key: &str) -> Result<Option<Placed<DVec3>>, InputError> {
+        let vector = self.numbers(key, "[x, y, z] in metres, each within ±1e9", |n| n.abs() <= FARTHEST)?;
+        Ok(vector.map(|placed| Placed { value: DVec3::from(placed.value), at: placed.at }))
+    }
+
+    /// A direction; its length doesn't matter, so it comes back as a unit vector.
+    pub(crate) fn direction(&self, key: &str) -> Result<Option<Placed<DVec3>>, InputError> {
+        let vector = self.numbers(key, "a direction [x, y, z]", |n| n.abs() <= FARTHEST)?;
+        let Some(Placed { value, at }) = vector else { return Ok(None) };
+        let longest = value.iter().fold(0.0_f64, |longest, n| longest.max(n.abs()));
+        if longest < 1e-9 {
+            let found = format!("{key} = {value:?} in {}", self.section);
+            return Err(InputError::new(at, found, "a direction, which has a length above 0"));
+        }
+        // Divide first: the squares of lengths near 1e-9 and 1e9 are safe, but the rounding of tiny ones is not.
+        Ok(Some(Placed { value: (DVec3::from(value) / longest).normalize(), at }))
+    }
+
+    /// One number for all channels or [r, g, b], each from 0 to 1.
+    pub(crate) fn channels(&self, key: &str, expected: &str) -> Result<Option<Placed<[f64; 3]>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let share = |n: f64| (0.0..=1.0).contains(&n);
+        match value.get_ref() {
+            DeValue::Array(_) => self.numbers(key, expected, share),
+            _ => Ok(self.number(key, expected, share)?.map(|Placed { value, at }| Placed { value: [value; 3], at })),
+        }
+    }
+
+    /// A table within the section, such as `array = { … }`.
+    pub(crate) fn table(&self, key: &str, expected: &str, known: &[&str]) -> Result<Option<Fields<'a>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let DeValue::Table(table) = value.get_ref() else { return Err(self.refuse(key, value, expected)) };
+        let section = if key == "render" { "[render]".to_owned() } else { format!("{key} of {}", self.section) };
+        Fields::new(self.source, section, self.source.at(&value.span()), table, known).map(Some)
+    }
+
+    /// The tables of `[[key]]`, each with the line of its head.
+    pub(crate) fn sections(&self, key: &str) -> Result<Vec<(Location, &'a DeTable<'a>)>, InputError> {
+        let Some((name, value)) = self.get(key) else { return Ok(Vec::new()) };
+        let refuse = |value: &Spanned<DeValue>| {
+            let found = format!("{key} = {}", described(value.get_ref()));
+            InputError::new(self.source.at(&name.span()), found, format!("sections that begin with [[{key}]]"))
+        };
+        let DeValue::Array(items) = value.get_ref() else { return Err(refuse(value)) };
+        let table = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
+            DeValue::Table(table) => Ok((self.source.at(&item.span()), table)),
+            _ => Err(refuse(item)),
+        };
+        items.iter().map(table).collect()
+    }
+
+    /// The tables of `[key.NAME]`, by name, each with the line of its head.
+    pub(crate) fn named_sections(&self, key: &str) -> Result<Vec<(&'a str, Location, &'a DeTable<'a>)>, InputError> {
+        let Some((head, value)) = self.get(key) else { return Ok(Vec::new()) };
+        let refuse = |name: &Spanned<DeString>, found: String| {
+            InputError::new(self.source.at(&name.span()), found, format!("a section that begins with [{key}.NAME]"))
+        };
+        let DeValue::Table(named) = value.get_ref() else {
+            return Err(refuse(head, format!("{key} = {}", described(value.get_ref()))));
+        };
+        let table = |(name, item): (&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)| match item.get_ref() {
+            DeValue::Table(table) => Ok((name.get_ref().as_ref(), self.source.at(&name.span()), table)),
+            other => Err(refuse(name, format!("{key}.{} = {}", name.get_ref(), described(other)))),
+        };
+        named.iter().map(table).collect()
+    }
+
+    /// The value as `opening` takes it: a word, or a table.
+    pub(crate) fn is_text(&self, key: &str) -> bool {
+        matches!(self.get(key), Some((_, value)) if matches!(value.get_ref(), DeValue::String(_)))
+    }
+
+    /// A refusal of what `key` says, in the words of the file.
+    pub(crate) fn refusal(&self, key: &str, expected: impl Into<String>) -> InputError {
+        match self.get(key) {
+            Some((_, value)) => self.refuse(key, value, expected),
+            None => self.missing(key, &expected.into()),
+        }
+    }
+
+    fn placed<T>(&self, value: &Spanned<DeValue>, inner: T) -> Placed<T> {
+        Placed { value: inner, at: self.source.at(&value.span()) }
+    }
+}
+
+fn number(value: &DeValue) -> Option<f64> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        #[allow(
+            clippy::cast_precision_loss,
+            reason = "a length written as a whole number of more than 2⁵³ is rounded like any"
+        )]
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
+        _ => None,
+    }
+}
+
+fn whole(value: &DeValue) -> Option<u64> {
+    match value {
+        DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix()).ok(),
+        // 1e6 photons is how people write it.
+        DeValue::Float(_) => number(value).filter(|n| n.fract() == 0.0 && (0.0..=9e15).contains(n)).map(|n| n as u64),
+        _ => None,
+    }
+}
+
+fn list<'a>(value: &'a DeValue<'a>) -> Option<Vec<&'a DeValue<'a>>> {
+    match value {
+        DeValue::Array(items) => Some(items.iter().map(Spanned::get_ref).collect()),
+        _ => None,
+    }
+}
+
+fn within(what: &str, least: u64, most: u64) -> String {
+    match most {
+        u64::MAX if least == 0 => what.to_owned(),
+        u64::MAX => format!("{what} from {least} up"),
+        _ => format!("{what} from {least} to {most}"),
+    }
+}
+
+/// A value in the words of the file, short enough for one line.
+fn described(value: &DeValue) -> String {
+    match value {
+        DeValue::String(text) => quoted(text),
+        DeValue::Integer(integer) => integer.to_string(),
+        DeValue::Float(float) => float.as_str().to_owned(),
+        DeValue::Boolean(truth) => truth.to_string(),
+        DeValue::Datetime(_) => "a date".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+        DeValue::Array(items) if items.len() <= 4 => {
+            format!("[{}]", items.iter().map(|item| described(item.get_ref())).collect::<Vec<_>>().join(", "))
+        }
+        DeValue::Array(items) => format!("a list of {}", items.len()),
+    }
+}
+
+/// Text in quotes, on one line, cut where it is long.
+pub(crate) fn quoted(text: &(impl fmt::Display + ?Sized)) -> String {
+    let text = text.to_string();
+    let mut short: String = text.chars().take(60).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    format!("\"{}\"", short.chars().flat_map(escaped).collect::<String>())
+}
+
+/// A character as it can stand in a line of a message.
+fn escaped(c: char) -> Vec<char> {
+    if c.is_control() || c == '"' { c.escape_default().collect() } else { vec![c] }
+}
+
+/// Names in quotes, at most twelve of them.
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = names.into_iter().collect();
+    let mut text = all.iter().take(12).map(|name| quoted(*name)).collect::<Vec<_>>().join(", ");
+    if all.len() > 12 {
+        text += &format!(" and {} more", all.len() - 12);
+    }
+    text
+}
+
+/// The name that differs least from `word`, if at most a third of it differs.
+pub(crate) fn closest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let far = (word.chars().count() / 3).max(1);
+    let near = names.into_iter().map(|name| (edits(word, name), name)).min_by_key(|&(edits, _)| edits);
+    near.filter(|&(edits, _)| edits <= far).map(|(_, name)| name)
+}
+
+/// Letters to insert, delete or replace to turn one word into the other (Levenshtein's distance), capitals not counted.
+fn edits(from: &str, to: &str) -> usize {
+    let (from, to) = (from.to_lowercase(), to.to_lowercase());
+    let to: Vec<char> = to.chars().take(100).collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().take(100).enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, &b) in to.iter().enumerate() {
+            let replaced = corner + usize::from(a != b);
+            corner = row[j + 1];
+            row[j + 1] = replaced.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_of_the_pen_finds_the_word_meant() {
+        assert_eq!(closest("celing", ["floor", "ceiling", "wall"]), Some("ceiling"));
+        assert_eq!(closest("Floor", ["floor", "ceiling"]), Some("floor"));
+        assert_eq!(closest("xyz", ["floor", "ceiling"]), None);
+    }
+
+    #[test]
+    fn a_quotation_stays_on_one_line() {
+        assert_eq!(quoted("a\nb\u{1b}[31m"), "\"a\\nb\\u{1b}[31m\"");
+        assert_eq!(quoted(&"é".repeat(70)).chars().count(), 63);
+    }
+}

@@ -1,0 +1,418 @@
+//! The scene file: TOML in, checked sections out, every mistake named with its line.
+
+use std::path::Path;
+
+use glam::DVec3;
+use toml::de::DeTable;
+
+use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
+use super::material::Dielectric;
+use super::mesh::Placement;
+use super::{MeasuringPlane, PlaneKind, Sensor};
+use crate::error::{InputError, Location};
+use crate::luminaire::{Distribution, colour};
+
+/// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderDefaults {
+    /// `split`, `photons` or `seed`.
+    pub method: Option<String>,
+    /// Photons a pass.
+    pub photons: Option<u64>,
+    /// k, nearest photons of an estimate.
+    pub nearest: Option<usize>,
+    /// Largest search radius, m.
+    pub radius: Option<f64>,
+    /// Independent photon maps.
+    pub passes: Option<u32>,
+    /// `kiddo` or `kd`.
+    pub tree: Option<String>,
+    /// Seed of the random streams.
+    pub seed: Option<u64>,
+}
+
+/// A scene file, read and checked by itself: what depends on the meshes is still open. World coordinates.
+pub(crate) struct SceneFile {
+    pub(crate) name: Option<String>,
+    pub(crate) meshes: Vec<MeshSection>,
+    pub(crate) materials: Vec<MaterialSection>,
+    pub(crate) luminaires: Vec<LuminaireSection>,
+    pub(crate) planes: Vec<MeasuringPlane>,
+    pub(crate) sensors: Vec<Sensor>,
+    pub(crate) render: RenderDefaults,
+}
+
+/// A `[[mesh]]`.
+pub(crate) struct MeshSection {
+    pub(crate) file: Placed<String>,
+    pub(crate) placement: Placement,
+}
+
+/// A `[material.NAME]`.
+pub(crate) struct MaterialSection {
+    pub(crate) name: String,
+    pub(crate) at: Location,
+    pub(crate) reflectance: Option<Placed<[f64; 3]>>,
+    pub(crate) specular: Option<Placed<[f64; 3]>>,
+    pub(crate) dielectric: Option<Dielectric>,
+}
+
+/// A `[[luminaire]]`.
+pub(crate) struct LuminaireSection {
+    pub(crate) name: Placed<String>,
+    pub(crate) position: DVec3,
+    pub(crate) aim: DVec3,
+    pub(crate) rotation: f64,
+    pub(crate) shape: Shape,
+    pub(crate) distribution: Distribution,
+    /// As dimmed, lm; 0 where it is switched off.
+    pub(crate) flux: f64,
+    pub(crate) colour: [f64; 3],
+    pub(crate) group: Option<String>,
+    pub(crate) array: Option<Array>,
+}
+
+/// Form of a luminous opening, m.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    Point,
+    Rectangle([f64; 2]),
+    Disc { diameter: f64 },
+}
+
+/// Rows of equal luminaires, along world x and y.
+pub(crate) struct Array {
+    pub(crate) count: [u64; 2],
+    pub(crate) pitch: [f64; 2],
+    pub(crate) at: Location,
+}
+
+/// Most cells of one measuring plane: 8 GB for each f64 kept of a cell.
+const MOST_CELLS: u64 = 1_000_000_000;
+/// Most luminaires of a scene.
+pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
+
+impl SceneFile {
+    /// Reads the text of the file at `path`.
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, InputError> {
+        let source = Source::new(path, text);
+        // `DeTable::parse` would report the last error, often a mere consequence of the first.
+        let (table, errors) = DeTable::parse_recoverable(text);
+        if let Some(error) = errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
+            return Err(syntax_error(&source, error));
+        }
+        const KNOWN: [&str; 8] = ["name", "mesh", "material", "luminaire", "plane", "sensor", "camera", "render"];
+        let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
+
+        if let Some((at, _)) = top.sections("camera")?.into_iter().next() {
+            let error = InputError::new(at, "a [[camera]]", "measuring planes and sensors");
+            return Err(error.hint("camera images aren't in this version yet; measuring planes and sensors are"));
+        }
+        let each = |key: &str| top.sections(key);
+        let scene = Self {
+            name: top.name("name")?.map(|name| name.value),
+            meshes: each("mesh")?.into_iter().map(|(at, t)| mesh(&source, at, t)).collect::<Result<_, _>>()?,
+            materials: materials(&source, &top)?,
+            luminaires: each("luminaire")?
+                .into_iter()
+                .map(|(at, t)| luminaire(&source, at, t))
+                .collect::<Result<_, _>>()?,
+            planes: planes(&source, each("plane")?)?,
+            sensors: sensors(&source, each("sensor")?)?,
+            render: render(&top)?,
+        };
+        if scene.planes.is_empty() && scene.sensors.is_empty() {
+            let found = "neither a [[plane]] nor a [[sensor]]";
+            let error = InputError::new(Location::file(path), found, "at least one of them");
+            return Err(error.hint("they say where illuminance is wanted"));
+        }
+        Ok(scene)
+    }
+}
+
+/// `toml`'s own message, which has several lines, as one.
+fn syntax_error(source: &Source, error: &toml::de::Error) -> InputError {
+    let at = source.at(&error.span().unwrap_or(0..0));
+    let message = error.message().replace('\n', " ");
+    let (found, expected) = match message.split_once(", expected ") {
+        Some((found, "literal string")) => (found, "text in quotes"),
+        Some((found, expected)) if expected != "nothing" => (found, expected),
+        Some((found, _)) => (found, "valid TOML"),
+        None if message == "duplicate key" => ("the same key twice", "each key once"),
+        None => (message.as_str(), "valid TOML"),
+    };
+    InputError::new(at, format!("broken TOML ({found})"), expected)
+}
+
+fn mesh(source: &Source, at: Location, table: &DeTable) -> Result<MeshSection, InputError> {
+    let fields = Fields::new(source, "[[mesh]]", at, table, &["file", "unit", "up", "translate", "rotate_z"])?;
+    let file = fields.name("file")?.ok_or_else(|| fields.missing("file", "\"room.obj\""))?;
+    let metres_per_unit =
+        match fields.word("unit", &["m", "cm", "mm", "ft", "in"])?.as_ref().map(|unit| unit.value.as_str()) {
+            Some("cm") => 0.01,
+            Some("mm") => 0.001,
+            Some("ft") => 0.3048,
+            Some("in") => 0.0254,
+            _ => 1.0,
+        };
+    Ok(MeshSection {
+        file,
+        placement: Placement {
+            metres_per_unit,
+            y_up: fields.word("up", &["z", "y"])?.is_some_and(|up| up.value == "y"),
+            rotate_z: fields
+                .number("rotate_z", "degrees, within ±36000", |n| n.abs() <= 36_000.0)?
+                .map_or(0.0, |n| n.value),
+            translate: fields.metres("translate")?.map_or(DVec3::ZERO, |vector| vector.value),
+        },
+    })
+}
+
+fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, InputError> {
+    top.named_sections("material")?.into_iter().map(|(name, at, table)| material(source, name, at, table)).collect()
+}
+
+fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
+    const KNOWN: [&str; 5] = ["reflectance", "specular", "roughness", "transmittance", "dielectric"];
+    let section = format!("[material.{}]", name.escape_debug());
+    let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
+    let not_yet = |key: &str, what: &str| match fields.channels(key, "0")? {
+        Some(channels) if channels.value != [0.0; 3] => {
+            Err(fields.refusal(key, "0").hint(format!("{what} aren't in this version yet")))
+        }
+        _ => Ok(()),
+    };
+    not_yet("roughness", "rough mirrors")?;
+    not_yet("transmittance", "translucent materials")?;
+    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
+    let reflectance = fields.channels("reflectance", SHARE).map_err(|e| e.hint("white paint: about 0.85"))?;
+    let specular = fields.channels("specular", SHARE).map_err(|e| e.hint("a good mirror: about 0.9"))?;
+    let dielectric = dielectric(&fields)?;
+    if dielectric.is_some() && (reflectance.is_some() || specular.is_some()) {
+        let error = fields.refusal("dielectric", "no reflectance or specular beside it");
+        return Err(error.hint("what glass reflects follows from its ior"));
+    }
+    Ok(MaterialSection { name: name.to_owned(), at, reflectance, specular, dielectric })
+}
+
+fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
+    let form = "{ ior = 1.5, absorption = 0.0 }";
+    let Some(glass) = fields.table("dielectric", form, &["ior", "absorption"])? else { return Ok(None) };
+    let ior = glass.number("ior", "a number from 1 to 10 (window glass: 1.5)", |n| (1.0..=10.0).contains(&n))?;
+    let absorption = glass.number("absorption", "a number from 0 up, 1/m", |n| n >= 0.0)?;
+    Ok(Some(Dielectric {
+        ior: ior.ok_or_else(|| glass.missing("ior", "1.5"))?.value,
+        absorption: absorption.map_or(0.0, |n| n.value),
+    }))
+}
+
+fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
+    const KNOWN: [&str; 12] = [
+        "name",
+        "position",
+        "aim",
+        "rotation",
+        "opening",
+        "photometry",
+        "flux",
+        "dimming",
+        "color",
+        "cct",
+        "group",
+        "array",
+    ];
+    let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
+    let shape = shape(&fields)?;
+    let flux = fields
+        .number("flux", "a number above 0, lm", |n| n > 0.0 && n <= 1e15)
+        .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?
+        .ok_or_else(|| fields.missing("flux", "3000 (lm)"))?;
+    let dimming = fields.number("dimming", "a number from 0 (off) to 1", |n| (0.0..=1.0).contains(&n))?;
+    Ok(LuminaireSection {
+        name: fields.name("name")?.ok_or_else(|| fields.missing("name", "\"L\""))?,
+        position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
+        aim: fields.direction("aim")?.map_or(DVec3::NEG_Z, |aim| aim.value),
+        rotation: fields
+            .number("rotation", "degrees, within ±36000", |n| n.abs() <= 36_000.0)?
+            .map_or(0.0, |n| n.value),
+        shape,
+        distribution: distribution(&fields, shape)?,
+        flux: flux.value * dimming.map_or(1.0, |n| n.value),
+        colour: light_colour(&fields)?,
+        group: fields.name("group")?.map(|group| group.value),
+        array: array(&fields)?,
+    })
+}
+
+/// The form of the luminous opening.
+fn shape(fields: &Fields) -> Result<Shape, InputError> {
+    const FORM: &str = "\"point\", { rectangle = [a, b] } or { disc = diameter } (m)";
+    const SIZES: &str = "above 0, up to 1e6 m";
+    let size = |n: f64| n > 0.0 && n <= 1e6;
+    if fields.is_text("opening") {
+        return match fields.text("opening")? {
+            Some(word) if word.value == "point" => Ok(Shape::Point),
+            _ => Err(fields.refusal("opening", FORM)),
+        };
+    }
+    let Some(opening) = fields.table("opening", FORM, &["rectangle", "disc"])? else { return Ok(Shape::Point) };
+    let rectangle = opening.numbers::<2>("rectangle", &format!("two sizes, each {SIZES}"), size)?;
+    let disc = opening.number("disc", &format!("a diameter {SIZES}"), size)?;
+    match (rectangle, disc) {
+        (Some(sizes), None) => Ok(Shape::Rectangle(sizes.value)),
+        (None, Some(diameter)) => Ok(Shape::Disc { diameter: diameter.value }),
+        _ => Err(fields.refusal("opening", FORM)),
+    }
+}
+
+/// How light spreads: built-in kinds only, until measured photometry can be read.
+fn distribution(fields: &Fields, shape: Shape) -> Result<Distribution, InputError> {
+    let photometry = fields.text("photometry")?.map(|placed| placed.value);
+    match (photometry.as_deref(), shape) {
+        (None, Shape::Point) | (Some("isotropic"), Shape::Point) => Ok(Distribution::Isotropic),
+        (None, _) | (Some("lambertian"), _) => Ok(Distribution::Lambertian),
+        (Some("isotropic"), _) => Err(fields
+            .refusal("photometry", "\"lambertian\" for an opening with an area")
+            .hint("only points shine alike in all directions")),
+        (Some(_), _) => Err(fields
+            .refusal("photometry", "\"lambertian\" or \"isotropic\"")
+            .hint("measured photometry isn't in this version yet")),
+    }
+}
+
+fn light_colour(fields: &Fields) -> Result<[f64; 3], InputError> {
+    const COLOR: &str = "[r, g, b], none below 0 and not all of them 0";
+    let color = fields.numbers::<3>("color", COLOR, |n| (0.0..=1e15).contains(&n))?;
+    let cct = fields.number("cct", "a number from 1000 to 25000, K", |n| (1000.0..=25_000.0).contains(&n))?;
+    match (color, cct) {
+        (Some(_), Some(_)) => Err(fields.refusal("cct", "either color or cct")),
+        (Some(color), None) if color.value == [0.0; 3] => Err(fields.refusal("color", COLOR)),
+        (Some(color), None) => Ok(colour::normalised(color.value)),
+        (None, Some(cct)) => Ok(colour::black_body(cct.value)),
+        (None, None) => Ok([1.0; 3]),
+    }
+}
+
+fn array(fields: &Fields) -> Result<Option<Array>, InputError> {
+    let Some(array) = fields.table("array", "{ count = [3, 5], pitch = [2.0, 1.44] }", &["count", "pitch"])? else {
+        return Ok(None);
+    };
+    let count = array.whole_pair("count", 1, MOST_LUMINAIRES)?.ok_or_else(|| array.missing("count", "[3, 5]"))?;
+    let pitch = array.numbers("pitch", "two distances in metres, within ±1e9", |n| n.abs() <= FARTHEST)?;
+    let pitch = pitch.ok_or_else(|| array.missing("pitch", "[2.0, 1.44] (m)"))?;
+    if count.value[0] * count.value[1] > MOST_LUMINAIRES {
+        return Err(array.refusal("count", format!("at most {MOST_LUMINAIRES} luminaires")));
+    }
+    Ok(Some(Array { count: count.value, pitch: pitch.value, at: array.at }))
+}
+
+fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
+    let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
+    let mut names = Names::new("plane");
+    for (at, table) in sections {
+        const KNOWN: [&str; 6] = ["name", "corner", "along", "across", "cells", "on"];
+        let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
+        let name = names.take(&fields)?;
+        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
+            let error = fields.refusal("name", "a name that can be a file's");
+            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
+        }
+        let [along, across] = sides(&fields)?;
+        planes.push(MeasuringPlane {
+            name,
+            corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
+            along,
+            across,
+            cells: cells(&fields)?,
+            kind: match fields.word("on", &["surface", "air"])? {
+                Some(word) if word.value == "air" => PlaneKind::Air,
+                _ => PlaneKind::Surface,
+            },
+        });
+    }
+    Ok(planes)
+}
+
+/// The two sides of a measuring plane.
+fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
+    let side = |key: &str| {
+        let side = fields.metres(key)?.ok_or_else(|| fields.missing(key, "[x, y, z] (m)"))?.value;
+        if side.length() < 1e-9 {
+            return Err(fields.refusal(key, "a side longer than 0"));
+        }
+        Ok(side)
+    };
+    let (along, across) = (side("along")?, side("across")?);
+    if along.normalize().dot(across.normalize()).abs() > 1e-6 {
+        let error = fields.refusal("across", "a vector at a right angle to along");
+        return Err(error.hint(format!("the angle is {:.4}°", along.angle_between(across).to_degrees())));
+    }
+    Ok([along, across])
+}
+
+fn cells(fields: &Fields) -> Result<[usize; 2], InputError> {
+    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} cells in all");
+    let cells = fields.whole_pair("cells", 1, MOST_CELLS)?.ok_or_else(|| fields.missing("cells", "[120, 144]"))?.value;
+    match cells.map(usize::try_from) {
+        [Ok(columns), Ok(rows)] if cells[0] * cells[1] <= MOST_CELLS => Ok([columns, rows]),
+        _ => Err(fields.refusal("cells", expected())),
+    }
+}
+
+fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Sensor>, InputError> {
+    let mut sensors = Vec::with_capacity(sections.len());
+    let mut names = Names::new("sensor");
+    for (at, table) in sections {
+        let fields = Fields::new(source, "[[sensor]]", at, table, &["name", "position", "normal", "target"])?;
+        sensors.push(Sensor {
+            name: names.take(&fields)?,
+            position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
+            normal: fields.direction("normal")?.ok_or_else(|| fields.missing("normal", "[0, 0, 1]"))?.value,
+            target: fields.number("target", "a number from 0 up, lx", |n| n >= 0.0)?.map(|n| n.value),
+        });
+    }
+    Ok(sensors)
+}
+
+/// The names given so far to things of one kind, each with its place.
+struct Names {
+    kind: &'static str,
+    taken: std::collections::HashMap<String, Location>,
+}
+
+impl Names {
+    fn new(kind: &'static str) -> Self {
+        Self { kind, taken: Default::default() }
+    }
+
+    /// The name of a section, which no other may have.
+    fn take(&mut self, fields: &Fields) -> Result<String, InputError> {
+        let name = fields.name("name")?.ok_or_else(|| fields.missing("name", &format!("\"{} 1\"", self.kind)))?;
+        match self.taken.insert(name.value.clone(), name.at.clone()) {
+            Some(first) => Err(duplicate(self.kind, &name, &first)),
+            None => Ok(name.value),
+        }
+    }
+}
+
+/// Two things of one kind bear the same name.
+pub(crate) fn duplicate(kind: &str, name: &Placed<String>, first: &Location) -> InputError {
+    let found = format!("a second {kind} named {}", quoted(&name.value));
+    InputError::new(name.at.clone(), found, "a name of its own for each").hint(format!("the first is at {first}"))
+}
+
+fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
+    const KNOWN: [&str; 7] = ["method", "photons", "nearest", "radius", "passes", "tree", "seed"];
+    let Some(fields) = top.table("render", "a section that begins with [render]", &KNOWN)? else {
+        return Ok(RenderDefaults::default());
+    };
+    Ok(RenderDefaults {
+        method: fields.word("method", &["split", "photons", "seed"])?.map(|word| word.value),
+        photons: fields.whole("photons", 1, u64::MAX)?.map(|n| n.value),
+        nearest: fields.whole("nearest", 2, 1_000_000_000)?.and_then(|n| usize::try_from(n.value).ok()),
+        radius: fields.number("radius", "a number above 0, m", |n| n > 0.0)?.map(|n| n.value),
+        passes: fields.whole("passes", 1, u64::from(u32::MAX))?.and_then(|n| u32::try_from(n.value).ok()),
+        tree: fields.word("tree", &["kiddo", "kd"])?.map(|word| word.value),
+        seed: fields.whole("seed", 0, u64::MAX)?.map(|n| n.value),
+    })
+}

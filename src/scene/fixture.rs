@@ -1,0 +1,192 @@
+//! Luminaires of the scene file: arrays spread out, openings set up in space.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::fields::{FARTHEST, Placed};
+use super::file::{LuminaireSection, MOST_LUMINAIRES, Shape, duplicate};
+use crate::error::{InputError, Location};
+use crate::luminaire::{Luminaire, Opening, frame};
+use crate::units::Lumens;
+
+/// Corners of the polygon that stands for a disc. Its corners lie outside of the disc (by 0.08 % of the radius) so that
+/// its area is the disc's.
+const DISC_CORNERS: u32 = 64;
+
+/// One luminaire: a [[luminaire]], or a member of its array.
+pub(crate) struct Fixture<'a> {
+    pub(crate) section: &'a LuminaireSection,
+    pub(crate) name: String,
+    /// Middle of the opening, m.
+    position: DVec3,
+}
+
+/// Every luminaire of the file, arrays row by row: along x first.
+pub(crate) fn spread(sections: &[LuminaireSection]) -> Result<Vec<Fixture<'_>>, InputError> {
+    let mut fixtures = Vec::new();
+    let mut taken: HashMap<String, Location> = HashMap::new();
+    for section in sections {
+        let count = section.array.as_ref().map_or([1, 1], |array| array.count);
+        if fixtures.len() as u64 + count[0] * count[1] > MOST_LUMINAIRES {
+            let found = format!("more than {MOST_LUMINAIRES} luminaires in all");
+            return Err(InputError::new(section.name.at.clone(), found, format!("at most {MOST_LUMINAIRES}")));
+        }
+        for row in 0..count[1] {
+            for column in 0..count[0] {
+                let fixture = member(section, column, row)?;
+                let name = Placed { value: fixture.name.clone(), at: section.name.at.clone() };
+                if let Some(first) = taken.insert(fixture.name.clone(), section.name.at.clone()) {
+                    return Err(duplicate("luminaire", &name, &first));
+                }
+                fixtures.push(fixture);
+            }
+        }
+    }
+    Ok(fixtures)
+}
+
+/// The member of a luminaire's array in `column` and `row`, or the luminaire itself.
+fn member(section: &LuminaireSection, column: u64, row: u64) -> Result<Fixture<'_>, InputError> {
+    let name = section.name.value.clone();
+    let Some(array) = &section.array else { return Ok(Fixture { section, name, position: section.position }) };
+    let position = section.position + DVec3::new(column as f64 * array.pitch[0], row as f64 * array.pitch[1], 0.0);
+    let name = format!("{name}[{},{}]", column + 1, row + 1);
+    if position.abs().max_element() > FARTHEST {
+        let found = format!("luminaire {name} farther out than 1e9 m");
+        return Err(InputError::new(array.at.clone(), found, "an array within 1e9 m of the origin"));
+    }
+    Ok(Fixture { section, name, position })
+}
+
+impl Fixture<'_> {
+    /// The same luminaire moved `distance` along its aim if it has an area, and as seen from `origin`.
+    pub(crate) fn shifted(&self, distance: f64, origin: DVec3) -> Self {
+        let distance = if self.section.shape == Shape::Point { 0.0 } else { distance };
+        let position = self.position - origin + self.section.aim * distance;
+        Self { section: self.section, name: self.name.clone(), position }
+    }
+
+    /// Directions of the opening's two sizes; their cross product is the aim.
+    fn axes(&self) -> [DVec3; 2] {
+        let c0 = frame::c0_direction(self.section.aim, self.section.rotation);
+        [c0, self.section.aim.cross(c0)]
+    }
+
+    /// Points that bound the opening.
+    pub(crate) fn extremes(&self) -> Vec<DVec3> {
+        let [u, v] = self.axes();
+        let around =
+            |a: DVec3, b: DVec3| vec![self.position + a, self.position - a, self.position + b, self.position - b];
+        match self.section.shape {
+            Shape::Point => vec![self.position],
+            Shape::Rectangle([a, b]) => around(u * (a / 2.0) + v * (b / 2.0), u * (a / 2.0) - v * (b / 2.0)),
+            Shape::Disc { diameter } => around(u * (diameter / 2.0), v * (diameter / 2.0)),
+        }
+    }
+
+    /// Corners and triangles of the opening, counter-clockwise seen from where light goes; nothing for a point.
+    pub(crate) fn body(&self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let [u, v] = self.axes();
+        let corners: Vec<DVec3> = match self.section.shape {
+            Shape::Point => return (Vec::new(), Vec::new()),
+            Shape::Rectangle([a, b]) => {
+                let (u, v) = (u * (a / 2.0), v * (b / 2.0));
+                [-u - v, u - v, u + v, v - u].map(|corner| self.position + corner).to_vec()
+            }
+            Shape::Disc { diameter } => {
+                let step = TAU / f64::from(DISC_CORNERS);
+                // (n/2) R² sin(2π/n) = π r²
+                let radius = diameter / 2.0 * (step / step.sin()).sqrt();
+                let corner =
+                    |i: u32| u * (radius * (step * f64::from(i)).cos()) + v * (radius * (step * f64::from(i)).sin());
+                (0..DISC_CORNERS).map(|i| self.position + corner(i)).collect()
+            }
+        };
+        let last = if corners.len() == 4 { 3 } else { DISC_CORNERS - 1 };
+        (corners, (1..last).map(|i| [0, i, i + 1]).collect())
+    }
+
+    /// What the tracer gets to see of it.
+    pub(crate) fn luminaire(&self) -> Luminaire {
+        let (section, [u, v]) = (self.section, self.axes());
+        Luminaire {
+            name: self.name.clone(),
+            group: section.group.clone().unwrap_or_else(|| self.name.clone()),
+            flux: Lumens(section.flux),
+            colour: section.colour,
+            opening: match section.shape {
+                Shape::Point => Opening::Point { position: self.position, aim: section.aim },
+                Shape::Rectangle([a, b]) => {
+                    Opening::Rectangle { centre: self.position, half_width: u * (a / 2.0), half_depth: v * (b / 2.0) }
+                }
+                Shape::Disc { diameter } => {
+                    Opening::Disc { centre: self.position, aim: section.aim, radius: diameter / 2.0 }
+                }
+            },
+            distribution: section.distribution,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    use crate::luminaire::Distribution;
+    use crate::scene::file::Array;
+
+    fn section(shape: Shape, array: Option<Array>) -> LuminaireSection {
+        LuminaireSection {
+            name: Placed { value: "L".to_owned(), at: Location::file("test.toml".as_ref()) },
+            position: DVec3::new(1.0, 2.0, 3.0),
+            aim: DVec3::NEG_Z,
+            rotation: 0.0,
+            shape,
+            distribution: Distribution::Lambertian,
+            flux: 3000.0,
+            colour: [1.0; 3],
+            group: None,
+            array,
+        }
+    }
+
+    fn area((corners, triangles): (Vec<DVec3>, Vec<[u32; 3]>), aim: DVec3) -> f64 {
+        let corner = |i: u32| corners[i as usize];
+        let cross = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
+        triangles.iter().map(|triangle| cross(triangle).dot(aim) / 2.0).sum()
+    }
+
+    #[test]
+    fn bodies_have_the_area_of_their_opening_and_face_where_it_shines() {
+        let disc = section(Shape::Disc { diameter: 2.0 }, None);
+        assert!((area(member(&disc, 0, 0).unwrap().body(), disc.aim) / PI - 1.0).abs() < 1e-12);
+        let rectangle = section(Shape::Rectangle([0.6, 1.2]), None);
+        assert!((area(member(&rectangle, 0, 0).unwrap().body(), rectangle.aim) - 0.72).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_sides_of_a_rectangle_span_its_aim_and_the_first_runs_along_c0() {
+        let rectangle = section(Shape::Rectangle([0.6, 1.2]), None);
+        let Opening::Rectangle { half_width, half_depth, .. } = member(&rectangle, 0, 0).unwrap().luminaire().opening
+        else {
+            panic!("a rectangle stays one");
+        };
+        assert!((half_width - DVec3::X * 0.3).length() < 1e-15);
+        assert!((half_width.cross(half_depth).normalize() - DVec3::NEG_Z).length() < 1e-15);
+    }
+
+    #[test]
+    fn an_array_counts_from_1_and_starts_at_the_position() {
+        let array = Array { count: [3, 2], pitch: [2.0, -1.5], at: Location::file("test.toml".as_ref()) };
+        let sections = [section(Shape::Point, Some(array))];
+        let fixtures = spread(&sections).unwrap();
+        let names: Vec<&str> = fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
+        assert_eq!(names, ["L[1,1]", "L[2,1]", "L[3,1]", "L[1,2]", "L[2,2]", "L[3,2]"]);
+        assert_eq!(fixtures[0].position, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(fixtures[5].position, DVec3::new(5.0, 0.5, 3.0));
+        assert_eq!(fixtures[5].luminaire().group, "L[3,2]");
+    }
+}

@@ -1,0 +1,134 @@
+//! The scene: what stands in the room, what shines, where light is measured. Validated, in metres, recentred.
+//!
+//! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box: survey coordinates of 1e6 m
+//! would leave single precision a grid of 6 cm. World position = local position + centre.
+
+mod assemble;
+mod fields;
+pub mod file;
+mod fixture;
+mod lines;
+pub mod material;
+pub mod mesh;
+mod mtl;
+mod obj;
+pub mod plan;
+mod polygon;
+mod surface;
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use crate::luminaire::Luminaire;
+pub use file::RenderDefaults;
+pub use material::{Dielectric, Material};
+pub use mesh::Mesh;
+
+/// A validated scene, ready to be traced.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Its name; the file's stem where the file gives none.
+    pub name: String,
+    /// The scene file.
+    pub file: PathBuf,
+    /// SHA-256 over the scene file and every file it names, hexadecimal.
+    pub hash: String,
+    /// World position of the local origin, m.
+    pub centre: DVec3,
+    /// Every triangle, bodies of luminaire openings included.
+    pub mesh: Mesh,
+    /// What [`Mesh::material_of`] points to.
+    pub materials: Vec<Material>,
+    /// What shines: the scene file's luminaires, arrays spread out, then emitting meshes.
+    pub luminaires: Vec<Luminaire>,
+    /// Measuring planes.
+    pub planes: Vec<MeasuringPlane>,
+    /// Measuring points.
+    pub sensors: Vec<Sensor>,
+    /// Options of `render` that the file sets.
+    pub render: RenderDefaults,
+    /// What was dropped or looks wrong, in words.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Diagonal of the box around the mesh, the luminaires, the measuring planes and the sensors, m. Cost: O(vertices).
+    pub fn diagonal(&self) -> f64 {
+        let vertices = self.mesh.vertices.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()));
+        let planes = self.planes.iter().flat_map(|plane| {
+            [DVec3::ZERO, plane.along, plane.across, plane.along + plane.across].map(|side| plane.corner + side)
+        });
+        let sensors = self.sensors.iter().map(|sensor| sensor.position);
+        let luminaires = self.luminaires.iter().map(|luminaire| luminaire.opening.point(&[1.0], 0.0, [0.5; 2]).0);
+        let (low, high) = vertices
+            .chain(planes)
+            .chain(luminaires)
+            .chain(sensors)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
+        if low.x <= high.x { low.distance(high) } else { 0.0 }
+    }
+}
+
+/// Where the light of a measuring plane is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaneKind {
+    /// The plane lies on geometry.
+    Surface,
+    /// The plane is virtual: photons pass through it.
+    Air,
+}
+
+/// A rectangle of grid points; the light measured is what arrives on the side of along × across.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuringPlane {
+    /// Name of the plane and of its files.
+    pub name: String,
+    /// Corner of the first cell, local, m.
+    pub corner: DVec3,
+    /// Whole length of the columns' direction (image x), m.
+    pub along: DVec3,
+    /// Whole length of the rows' direction (image y), m; at a right angle to `along`.
+    pub across: DVec3,
+    /// Number of cells along and across; the grid points are their centres.
+    pub cells: [usize; 2],
+    /// On geometry or in the air.
+    pub kind: PlaneKind,
+}
+
+impl MeasuringPlane {
+    /// Unit normal of the measured side.
+    pub fn normal(&self) -> DVec3 {
+        self.along.cross(self.across).normalize()
+    }
+
+    /// Number of grid points.
+    pub fn len(&self) -> usize {
+        self.cells[0] * self.cells[1]
+    }
+
+    /// Whether the plane has no grid point; a validated one always has.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Grid point `index` (row by row from the corner), local, m.
+    pub fn point(&self, index: usize) -> DVec3 {
+        let (column, row) = (index % self.cells[0], index / self.cells[0]);
+        let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        self.corner + self.along * share(column, self.cells[0]) + self.across * share(row, self.cells[1])
+    }
+}
+
+/// A measuring point with a direction, such as a lux meter on a desk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// Its name.
+    pub name: String,
+    /// Local position, m.
+    pub position: DVec3,
+    /// Unit normal of the measured side.
+    pub normal: DVec3,
+    /// Illuminance the user there asks for, lx.
+    pub target: Option<f64>,
+}

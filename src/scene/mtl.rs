@@ -1,0 +1,134 @@
+//! MTL files: what surfaces look like, as far as a program that wrote them knew.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::fields::{Placed, quoted};
+use super::lines::{Feed, Lines, keyword, text, words};
+use crate::error::{InputError, Location};
+
+/// A material of an MTL file, as written: ranges are checked where the values are used.
+#[derive(Clone, Debug)]
+pub(crate) struct MtlMaterial {
+    pub(crate) name: String,
+    /// Line of its `newmtl`.
+    pub(crate) at: Location,
+    /// `Kd`, Lambertian reflectance.
+    pub(crate) diffuse: Option<Placed<[f64; 3]>>,
+    /// `Ks`, a mirror's reflectance if `illum` says that it mirrors.
+    pub(crate) specular: Option<Placed<[f64; 3]>>,
+    /// `Ke`, luminance in cd/m².
+    pub(crate) emissive: Option<Placed<[f64; 3]>>,
+    /// `Ni`, index of refraction.
+    pub(crate) ior: Option<Placed<f64>>,
+    /// `illum`, 0 … 10.
+    pub(crate) illumination: Option<u8>,
+    /// Whether `d`, `Tr` or `Tf` let light through.
+    pub(crate) lets_light_through: bool,
+    /// Whether `Tf` colours that light.
+    pub(crate) coloured_filter: bool,
+    /// Line of `map_Kd`.
+    pub(crate) texture: Option<Location>,
+}
+
+/// Materials of the MTL file at `path`, in its order; of two with one name the later counts.
+pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, InputError> {
+    let mut tidy =
+        Tidy { path, lines: Lines::new(bytes), line: 0, refused: None, names: Vec::new(), places: HashMap::new() };
+    let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
+    let loaded = tobj::load_mtl_buf(&mut feed);
+    let Tidy { refused, line, names, places, .. } = tidy;
+    if let Some(error) = refused {
+        return Err(error);
+    }
+    let (materials, _) = loaded.map_err(|_| {
+        let text_of = |line: usize| Lines::new(bytes).find(|(number, _)| *number == line).map(|(_, line)| text(&line));
+        let found = quoted(&text_of(line).unwrap_or_default());
+        InputError::new(Location::line(path, line), found, "a keyword and finite numbers, as in Kd 0.5 0.5 0.5")
+    })?;
+    let of_one = |(index, material): (usize, &tobj::Material)| {
+        let place = |key: &str| places.get(&(index, key)).cloned().unwrap_or_else(|| Location::file(path));
+        let named: &Placed<String> = &names[index];
+        MtlMaterial {
+            name: named.value.clone(),
+            at: named.at.clone(),
+            diffuse: material.diffuse.map(|value| Placed { value, at: place("Kd") }),
+            specular: material.specular.map(|value| Placed { value, at: place("Ks") }),
+            emissive: material.emissive.map(|value| Placed { value, at: place("Ke") }),
+            ior: material.optical_density.map(|value| Placed { value, at: place("Ni") }),
+            illumination: material.illumination_model,
+            lets_light_through: lets_light_through(material),
+            coloured_filter: filter(material).is_some_and(|tf| tf[0] != tf[1] || tf[1] != tf[2]),
+            texture: material.diffuse_texture.as_ref().map(|_| place("map_Kd")),
+        }
+    };
+    Ok(materials.iter().enumerate().filter(|(index, _)| *index < names.len()).map(of_one).collect())
+}
+
+/// `Tf`, the filter's transmission.
+fn filter(material: &tobj::Material) -> Option<Vec<f64>> {
+    let numbers: Vec<f64> = material.unknown_param.get("Tf")?.split(' ').filter_map(|word| word.parse().ok()).collect();
+    (numbers.len() == 3).then_some(numbers)
+}
+
+fn lets_light_through(material: &tobj::Material) -> bool {
+    let transparency = material.unknown_param.get("Tr").and_then(|tr| tr.parse::<f64>().ok());
+    let filter_opens = filter(material).is_some_and(|tf| tf.iter().any(|&part| part > 0.0));
+    material.dissolve.is_some_and(|d| d < 1.0) || transparency.is_some_and(|tr| tr > 0.0) || filter_opens
+}
+
+/// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't asked for.
+struct Tidy<'a> {
+    path: &'a Path,
+    lines: Lines<'a>,
+    /// Number of the line last read.
+    line: usize,
+    /// Why reading ended early.
+    refused: Option<InputError>,
+    names: Vec<Placed<String>>,
+    /// Where a material's parameters stand.
+    places: HashMap<(usize, &'static str), Location>,
+}
+
+impl Tidy<'_> {
+    fn next(&mut self, out: &mut Vec<u8>) -> bool {
+        let Some((number, line)) = self.lines.next() else { return false };
+        self.line = number;
+        let (key, rest) = keyword(&line);
+        if key == b"newmtl" {
+            out.extend_from_slice(format!("newmtl {}\n", self.names.len()).as_bytes());
+            self.names.push(Placed { value: text(rest), at: Location::line(self.path, number) });
+            return true;
+        }
+        const KEYS: [&str; 9] = ["Kd", "Ks", "Ke", "Tf", "Ni", "d", "Tr", "illum", "map_Kd"];
+        let Some(key) = KEYS.into_iter().find(|known| known.as_bytes() == key) else { return true };
+        let Some(material) = self.names.len().checked_sub(1) else { return true };
+        self.places.insert((material, key), Location::line(self.path, number));
+        self.refused = self.parameter(key, rest, out).err();
+        self.refused.is_none()
+    }
+
+    fn parameter(&self, key: &str, rest: &[u8], out: &mut Vec<u8>) -> Result<(), InputError> {
+        let words: Vec<&[u8]> = words(rest).collect();
+        let values: &[&[u8]] = match (key, words.as_slice()) {
+            ("map_Kd", _) => &[b"ignored"],
+            ("Kd" | "Ks" | "Ke" | "Tf", &[grey]) => &[grey, grey, grey],
+            ("Kd" | "Ks" | "Ke" | "Tf", rgb) if rgb.len() >= 3 => &rgb[..3],
+            // d may carry -halo before its number.
+            ("d", [.., number]) => &[number],
+            ("Ni" | "Tr" | "illum", [number, ..]) => &[number],
+            _ => {
+                let found = quoted(&format!("{key} {}", text(rest)));
+                let count = if key.starts_with('K') || key == "Tf" { "one or three numbers" } else { "a number" };
+                return Err(InputError::new(Location::line(self.path, self.line), found, format!("{key} and {count}")));
+            }
+        };
+        out.extend_from_slice(key.as_bytes());
+        for value in values {
+            out.push(b' ');
+            out.extend_from_slice(value);
+        }
+        out.push(b'\n');
+        Ok(())
+    }
+}
