@@ -63,6 +63,8 @@ pub struct RayCaster {
 pub struct Hit {
     /// Index into [`Mesh::triangles`].
     pub triangle: u32,
+    /// The triangle's entry in [`Mesh::material_of`].
+    pub material: u32,
     /// Distance from the ray's origin, m.
     pub distance: f32,
     /// The point met, m, on the triangle's plane as exactly as `f32` can say: origin + distance · direction may be off
@@ -94,8 +96,8 @@ impl RayCaster {
         let buffers = Buffers::of(mesh);
         let scene = Scene::commit(&device, &buffers)?;
         let smallest = EXTENT_FLOOR * extent(mesh);
-        let planes = mesh.triangles.iter().map(|triangle| {
-            Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest)
+        let planes = mesh.triangles.iter().zip(&mesh.material_of).map(|(triangle, &material)| {
+            Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
         });
         Ok(Self { scene, device, buffers, planes: planes.collect(), smallest_coordinate: smallest })
     }
@@ -140,6 +142,7 @@ impl RayCaster {
         let plane = &self.planes[query.hit.primID as usize];
         Hit {
             triangle: query.hit.primID,
+            material: plane.material,
             distance: tfar,
             position: plane.snap(Vec3::new(org_x, org_y, org_z) + tfar * Vec3::new(dir_x, dir_y, dir_z)),
             normal: plane.normal,
@@ -158,17 +161,18 @@ struct Plane {
     offset: f32,
     /// Of the plane along `normal` as rounded to `f32`, mean of the three vertices, m.
     height: f64,
+    material: u32,
 }
 
 impl Plane {
     /// The plane of a triangle whose coordinates count as `smallest` (m) at least.
-    fn through([a, b, c]: [Vec3; 3], smallest: f32) -> Self {
+    fn through([a, b, c]: [Vec3; 3], smallest: f32, material: u32) -> Self {
         let size = a.abs().max(b.abs()).max(c.abs()).max_element().max(smallest);
         let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
         // A triangle too thin for a normal is a line: any direction across it will do.
         let along = if b == a { c - a } else { b - a }.normalize_or(DVec3::X);
         let normal = (b - a).cross(c - a).normalize_or(along.any_orthonormal_vector()).as_vec3();
-        Self { normal, offset: RELATIVE_OFFSET * size, height: normal.as_dvec3().dot(a + b + c) / 3.0 }
+        Self { normal, offset: RELATIVE_OFFSET * size, height: normal.as_dvec3().dot(a + b + c) / 3.0, material }
     }
 
     /// The point of the plane nearest to a point beside it.
@@ -208,6 +212,10 @@ fn check(mesh: &Mesh) -> Result<(), Error> {
     if mesh.vertices.len() > u32::MAX as usize || mesh.triangles.len() >= u32::MAX as usize {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         return refuse(format!("found {vertices} vertices and {triangles} triangles; expected fewer than 2³² of each"));
+    }
+    if mesh.material_of.len() != mesh.triangles.len() {
+        let (materials, triangles) = (mesh.material_of.len(), mesh.triangles.len());
+        return refuse(format!("found materials of {materials} triangles; expected of {triangles}"));
     }
     let known = mesh.vertices.len();
     let outside = |&vertex: &u32| vertex as usize >= known;
@@ -458,10 +466,8 @@ mod sys {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photon::random::{Seed, Stream};
     use glam::{Quat, vec3};
-    use rand_core::{Rng, SeedableRng};
-    use rand_xoshiro::Xoshiro256PlusPlus;
-    use std::f32::consts::TAU;
 
     fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
         let material_of = vec![0; triangles.len()];
@@ -481,33 +487,21 @@ mod tests {
         mesh(corners, walls.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
     }
 
-    /// A number in [0, 1).
-    fn uniform(random: &mut Xoshiro256PlusPlus) -> f32 {
-        (random.next_u32() >> 8) as f32 / 16_777_216.0
-    }
-
-    /// A direction in which a Lambertian surface of this normal sends light.
-    fn lambertian(normal: Vec3, random: &mut Xoshiro256PlusPlus) -> Vec3 {
-        let (z, angle) = (2.0 * uniform(random) - 1.0, TAU * uniform(random));
-        let on_sphere = (1.0 - z * z).sqrt() * vec3(angle.cos(), angle.sin(), 0.0) + z * Vec3::Z;
-        (normal + on_sphere).normalize_or(normal)
-    }
-
     /// Bounces a photon about, from `start` on, on the side of each surface it came from. Returns how many of `rays` met
     /// nothing, or something that `allowed` says no photon can reach; after each such ray it starts anew.
     fn lost(caster: &RayCaster, start: Vec3, rays: u32, allowed: impl Fn(&Hit) -> bool) -> u32 {
-        let random = &mut Xoshiro256PlusPlus::seed_from_u64(7);
-        let begin = |random: &mut _| (start, lambertian(Vec3::Z, random));
-        let (mut lost, (mut origin, mut direction)) = (0, begin(random));
+        let mut stream = Seed(7).stream(0);
+        let begin = |stream: &mut Stream| (start, stream.cosine_about(Vec3::Z));
+        let (mut lost, (mut origin, mut direction)) = (0, begin(&mut stream));
         for _ in 0..rays {
             (origin, direction) = match caster.closest_hit(origin, direction, f32::INFINITY) {
                 Some(hit) if allowed(&hit) => {
-                    let back = lambertian(hit.normal * -hit.normal.dot(direction).signum(), random);
+                    let back = stream.cosine_about(hit.normal * -hit.normal.dot(direction).signum());
                     (hit.leave(back), back)
                 }
                 _ => {
                     lost += 1;
-                    begin(random)
+                    begin(&mut stream)
                 }
             };
         }
@@ -586,6 +580,7 @@ mod tests {
             let corner = |x, y| <[f32; 3]>::from(turn * (scale * vec3(x, y, 0.0)));
             halves.vertices.extend([corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 9.0), corner(-9.0, 9.0)]);
             halves.triangles.extend([[8, 9, 10], [8, 10, 11]]);
+            halves.material_of.extend([0, 0]);
             let caster = RayCaster::build(&halves, 1).unwrap();
             let up = turn * Vec3::Z;
             let lost = lost(&caster, -0.5 * scale * up, RAYS, |hit| hit.position.dot(up) < 1e-5 * scale);
@@ -598,6 +593,7 @@ mod tests {
         let refused = |mesh: &Mesh| RayCaster::build(mesh, 1).err().expect("the mesh is bad").to_string();
         let mut bad_index = half_a_square();
         bad_index.triangles.push([0, 1, 3]);
+        bad_index.material_of.push(0);
         assert_eq!(refused(&bad_index), "Embree: triangle 1 names vertex 3, but the mesh has 3, counted from 0");
         for bad in [f32::NAN, f32::INFINITY, 1e30] {
             let mut mesh = half_a_square();
@@ -620,8 +616,8 @@ mod tests {
     fn two_threads_ask_at_once_and_get_the_same() {
         let caster = RayCaster::build(&closed_box(vec3(6.0, 7.2, 2.7), Quat::IDENTITY), 2).unwrap();
         let walk = || {
-            let random = &mut Xoshiro256PlusPlus::seed_from_u64(3);
-            let mut ask = || caster.closest_hit(Vec3::ZERO, lambertian(Vec3::Z, random), f32::INFINITY).unwrap();
+            let mut stream = Seed(3).stream(0);
+            let mut ask = || caster.closest_hit(Vec3::ZERO, stream.cosine_about(Vec3::Z), f32::INFINITY).unwrap();
             (0..100_000).map(|_| ask()).collect::<Vec<_>>()
         };
         let (one, other) = std::thread::scope(|threads| {

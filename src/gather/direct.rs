@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
-use crate::luminaire::emit::triangle_area;
+use crate::luminaire::emit::{Front, triangle_area};
 use crate::luminaire::{Distribution, Luminaire, Opening};
 use crate::photon::flux::{channels, photometric};
 use crate::photon::random::{Seed, Stream};
@@ -39,24 +39,23 @@ pub struct DirectLight<const C: usize> {
 }
 
 /// A piece of a luminaire's opening that is treated as one.
-enum Emitter<'a> {
+enum Emitter {
     Point {
         position: DVec3,
         aim: DVec3,
         intensity: f64,
         distribution: Distribution,
     },
-    /// A flat piece: outline, normal, luminance (cd/m²), and the opening whose map of the unit square samples it.
+    /// A flat piece: outline, normal, luminance (cd/m²), and what samples it.
     Polygon {
         corners: Vec<DVec3>,
         normal: DVec3,
         luminance: f64,
-        opening: Opening,
+        front: Front,
     },
     /// Many triangles, sampled by area.
     Mesh {
-        opening: &'a Opening,
-        shares: Vec<f64>,
+        front: Front,
         flux: f64,
     },
 }
@@ -93,14 +92,14 @@ pub fn direct_light<const C: usize>(
     total
 }
 
-fn emitters(luminaire: &Luminaire) -> Vec<Emitter<'_>> {
+fn emitters(luminaire: &Luminaire) -> Vec<Emitter> {
     let flux = luminaire.flux.0;
     let pi = std::f64::consts::PI;
     let flat = |corners: Vec<DVec3>, normal: DVec3, area: f64, opening: Opening| Emitter::Polygon {
         corners,
         normal,
         luminance: flux / (pi * area),
-        opening,
+        front: Front::new(&opening),
     };
     match &luminaire.opening {
         &Opening::Point { position, aim } => {
@@ -128,11 +127,7 @@ fn emitters(luminaire: &Luminaire) -> Vec<Emitter<'_>> {
             let areas: Vec<f64> = triangles.iter().map(triangle_area).collect();
             let whole: f64 = areas.iter().sum();
             if triangles.len() > MOST_POLYGONS {
-                let shares = areas.iter().scan(0.0, |sum, area| {
-                    *sum += area / whole;
-                    Some(*sum)
-                });
-                return vec![Emitter::Mesh { opening, shares: shares.collect(), flux }];
+                return vec![Emitter::Mesh { front: Front::new(opening), flux }];
             }
             triangles
                 .iter()
@@ -198,7 +193,7 @@ impl Seen {
 
 impl Shadows<'_> {
     /// (E, variance) of each point, lx and lx², and the rays that took.
-    fn illuminance(&self, emitter: &Emitter<'_>) -> (Vec<(f64, f64)>, u64) {
+    fn illuminance(&self, emitter: &Emitter) -> (Vec<(f64, f64)>, u64) {
         let points = 0..self.receiver.len();
         match emitter {
             Emitter::Point { position, aim, intensity, distribution } => {
@@ -209,11 +204,11 @@ impl Shadows<'_> {
                 });
                 (lux.collect(), self.receiver.len() as u64)
             }
-            Emitter::Polygon { corners, normal, luminance, opening } => {
-                self.polygon_light(corners, *normal, *luminance, opening)
+            Emitter::Polygon { corners, normal, luminance, front } => {
+                self.polygon_light(corners, *normal, *luminance, front)
             }
-            Emitter::Mesh { opening, shares, flux } => {
-                let lux = points.into_par_iter().map(|point| self.mesh_light(point, opening, shares, *flux));
+            Emitter::Mesh { front, flux } => {
+                let lux = points.into_par_iter().map(|point| self.mesh_light(point, front, *flux));
                 (lux.collect(), u64::from(MESH_SAMPLES) * self.receiver.len() as u64)
             }
         }
@@ -236,13 +231,7 @@ impl Shadows<'_> {
         if per_candela.is_finite() && per_candela > 0.0 && !blocked() { per_candela } else { 0.0 }
     }
 
-    fn polygon_light(
-        &self,
-        corners: &[DVec3],
-        normal: DVec3,
-        luminance: f64,
-        opening: &Opening,
-    ) -> (Vec<(f64, f64)>, u64) {
+    fn polygon_light(&self, corners: &[DVec3], normal: DVec3, luminance: f64, front: &Front) -> (Vec<(f64, f64)>, u64) {
         let rays = AtomicU64::new(0);
         let count = |seen: &Seen| rays.fetch_add(u64::from(seen.rays), Ordering::Relaxed);
         let up = self.receiver.normal.as_dvec3();
@@ -259,7 +248,7 @@ impl Shadows<'_> {
                 let side = if self.receiver.grid.is_some() { COARSE } else { SINGLE };
                 let mut stream = self.seed.stream(point as u64);
                 let seen = if lux > 0.0 {
-                    self.look(point, opening, normal, side, &mut stream)
+                    self.look(point, front, side, &mut stream)
                 } else {
                     Seen { share: 0.0, rays: 0, clear: 0 }
                 };
@@ -273,7 +262,7 @@ impl Shadows<'_> {
                 let (lux, mut seen) = first[point];
                 if lux > 0.0 && self.at_shadow_edge(point, &first) {
                     let mut stream = self.seed.branch(1).stream(point as u64);
-                    seen = self.look(point, opening, normal, FINE, &mut stream);
+                    seen = self.look(point, front, FINE, &mut stream);
                     count(&seen);
                 }
                 // A shadow's edge crosses about √n of n strata, each of variance 1/6 on average over its position.
@@ -299,17 +288,16 @@ impl Shadows<'_> {
     }
 
     /// Casts side × side shadow rays to jittered strata of an opening.
-    fn look(&self, point: usize, opening: &Opening, normal: DVec3, side: u32, stream: &mut Stream) -> Seen {
+    fn look(&self, point: usize, front: &Front, side: u32, stream: &mut Stream) -> Seen {
         let start = self.receiver.start(point);
         let up = self.receiver.normal;
-        let facing = normal.as_vec3();
         let (mut whole, mut visible) = (0.0_f64, 0.0_f64);
         let (mut rays, mut clear) = (0, 0);
         for stratum in 0..side * side {
             let [a, b] = stream.uniform_pair();
             let at = [(stratum % side) as f32 + a, (stratum / side) as f32 + b];
-            let (target, _) = opening.point(&[1.0], 0.0, at.map(|x| f64::from(x / side as f32)));
-            let to = self.caster.step_off(target.as_vec3(), facing) - start;
+            let (target, facing) = front.point_off(0.0, at.map(|x| x / side as f32), self.caster);
+            let to = target - start;
             let distance = to.length();
             let direction = to / distance;
             let weight = direction.dot(up).max(0.0) * (-direction.dot(facing)).max(0.0) / (distance * distance);
@@ -328,16 +316,15 @@ impl Shadows<'_> {
     }
 
     /// (E, variance) at a point from an emitting mesh: the mean of samples stratified by area.
-    fn mesh_light(&self, point: usize, opening: &Opening, shares: &[f64], flux: f64) -> (f64, f64) {
+    fn mesh_light(&self, point: usize, front: &Front, flux: f64) -> (f64, f64) {
         let start: Vec3 = self.receiver.start(point);
         let mut stream = self.seed.stream(point as u64);
         let (mut sum, mut squares) = (0.0, 0.0);
         let count = f64::from(MESH_SAMPLES);
         for sample in 0..MESH_SAMPLES {
-            let choice = (f64::from(sample) + f64::from(stream.uniform())) / count;
-            let (target, normal) = opening.point(shares, choice, stream.uniform_pair().map(f64::from));
-            let normal = normal.as_vec3();
-            let to = self.caster.step_off(target.as_vec3(), normal) - start;
+            let choice = (sample as f32 + stream.uniform()) / MESH_SAMPLES as f32;
+            let (target, normal) = front.point_off(choice, stream.uniform_pair(), self.caster);
+            let to = target - start;
             let distance = to.length();
             let direction = to / distance;
             let weight = direction.dot(self.receiver.normal).max(0.0) * (-direction.dot(normal)).max(0.0)

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
-use crate::luminaire::{Luminaire, Opening};
+use crate::luminaire::emit::Front;
 use crate::photon::random::{Seed, Stream};
 use crate::scene::{Material, Scene};
 
@@ -23,10 +23,9 @@ const OPEN_WALKS: u64 = 8;
 /// Tells places from the insides of things.
 pub struct Reach<'a> {
     caster: &'a RayCaster,
-    luminaires: &'a [Luminaire],
+    fronts: Vec<Front>,
     /// Light passes.
     clear: Vec<bool>,
-    material_of: &'a [u32],
     seed: Seed,
     /// Whether light gets out of the scene, so that what else is outside may meet it.
     open: bool,
@@ -38,9 +37,8 @@ impl<'a> Reach<'a> {
         let clear = scene.materials.iter().map(|material: &Material| material.dielectric.is_some()).collect();
         let mut reach = Self {
             caster,
-            luminaires: &scene.luminaires,
+            fronts: scene.luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect(),
             clear,
-            material_of: &scene.mesh.material_of,
             seed,
             open: false,
         };
@@ -52,8 +50,7 @@ impl<'a> Reach<'a> {
     pub fn light_can_arrive(&self, receiver: &Receiver, point: usize) -> bool {
         let mut stream = self.seed.stream(point as u64);
         let start = receiver.start(point);
-        let sees_one = |luminaire: &Luminaire| self.sees(start, luminaire, [0.5; 2]);
-        self.luminaires.iter().any(sees_one)
+        self.fronts.iter().any(|front| self.sees(start, front, [0.5; 2]))
             || (0..WALKS).any(|_| self.walk_arrives(start, receiver.normal, &mut stream))
     }
 
@@ -61,9 +58,8 @@ impl<'a> Reach<'a> {
     fn walk_arrives(&self, start: Vec3, normal: Vec3, stream: &mut Stream) -> bool {
         let (mut origin, mut direction) = (start, stream.cosine_about(normal));
         for _ in 0..BOUNCES {
-            let choice = (stream.uniform() * self.luminaires.len() as f32) as usize;
-            let luminaire = &self.luminaires[choice.min(self.luminaires.len() - 1)];
-            if self.sees(origin, luminaire, stream.uniform_pair()) {
+            let choice = (stream.uniform() * self.fronts.len() as f32) as usize;
+            if self.sees(origin, &self.fronts[choice.min(self.fronts.len() - 1)], stream.uniform_pair()) {
                 return true;
             }
             match self.bounce(origin, direction, stream) {
@@ -77,12 +73,9 @@ impl<'a> Reach<'a> {
     fn light_gets_out(&self) -> bool {
         let out = |walk: &u64| {
             let mut stream = self.seed.branch(1).stream(*walk);
-            let luminaire = &self.luminaires[(*walk % self.luminaires.len() as u64) as usize];
-            let (point, normal) = front(luminaire, stream.uniform_pair());
-            let (mut origin, mut direction) = match luminaire.opening {
-                Opening::Point { .. } => (point, stream.on_sphere()),
-                _ => (self.caster.step_off(point, normal), stream.cosine_about(normal)),
-            };
+            let front = &self.fronts[(*walk % self.fronts.len() as u64) as usize];
+            let (mut origin, normal) = front.point_off(0.0, stream.uniform_pair(), self.caster);
+            let mut direction = if front.is_point() { stream.on_sphere() } else { stream.cosine_about(normal) };
             for _ in 0..BOUNCES {
                 match self.bounce(origin, direction, &mut stream) {
                     Some(next) => (origin, direction) = next,
@@ -97,7 +90,7 @@ impl<'a> Reach<'a> {
     /// The next leg of a walk that no surface absorbs; `None` if it leaves the scene.
     fn bounce(&self, origin: Vec3, direction: Vec3, stream: &mut Stream) -> Option<(Vec3, Vec3)> {
         let hit = self.caster.closest_hit(origin, direction, f32::INFINITY)?;
-        let onward = if self.clear[self.material_of[hit.triangle as usize] as usize] {
+        let onward = if self.clear[hit.material as usize] {
             direction
         } else {
             stream.cosine_about(if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal })
@@ -105,21 +98,13 @@ impl<'a> Reach<'a> {
         Some((hit.leave(onward), onward))
     }
 
-    /// Whether the straight way to a point of a luminaire's front is free.
-    fn sees(&self, from: Vec3, luminaire: &Luminaire, at: [f32; 2]) -> bool {
-        let (point, normal) = front(luminaire, at);
-        let is_point = matches!(luminaire.opening, Opening::Point { .. });
-        let target = if is_point { point } else { self.caster.step_off(point, normal) };
+    /// Whether the straight way to a point of a luminaire's front is free; of a mesh, its first triangle stands for all.
+    fn sees(&self, from: Vec3, front: &Front, at: [f32; 2]) -> bool {
+        let (target, normal) = front.point_off(0.0, at, self.caster);
         let to = target - from;
         let distance = to.length();
-        let from_front = is_point || to.dot(normal) < 0.0;
-        let reach = if is_point { distance * (1.0 - 1e-5) } else { distance };
+        let from_front = front.is_point() || to.dot(normal) < 0.0;
+        let reach = if front.is_point() { distance * (1.0 - 1e-5) } else { distance };
         distance > 0.0 && from_front && !self.caster.is_occluded(from, to / distance, reach)
     }
-}
-
-/// A point of a luminaire's opening and its normal; of a mesh, its first triangle stands for all.
-fn front(luminaire: &Luminaire, at: [f32; 2]) -> (Vec3, Vec3) {
-    let (point, normal) = luminaire.opening.point(&[1.0], 0.0, at.map(f64::from));
-    (point.as_vec3(), normal.as_vec3())
 }

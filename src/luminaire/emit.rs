@@ -14,8 +14,7 @@ pub struct Emission<'a, const C: usize> {
     shares: Vec<f64>,
     /// What one photon of each luminaire carries.
     flux: Vec<Flux<C>>,
-    /// Running sums of triangle areas as shares, for openings made of triangles.
-    areas: Vec<Vec<f64>>,
+    fronts: Vec<Front>,
     caster: &'a RayCaster,
 }
 
@@ -43,17 +42,8 @@ impl<'a, const C: usize> Emission<'a, C> {
             .iter()
             .map(|luminaire| Flux(channels::<C>(luminaire.colour).map(|channel| (channel * each) as f32)))
             .collect();
-        let areas = luminaires
-            .iter()
-            .map(|luminaire| match &luminaire.opening {
-                Opening::Triangles(triangles) => {
-                    let whole: f64 = triangles.iter().map(triangle_area).sum();
-                    triangles.iter().map(|triangle| triangle_area(triangle) / whole).scan(0.0, running).collect()
-                }
-                _ => Vec::new(),
-            })
-            .collect();
-        Self { luminaires, shares, flux, areas, caster }
+        let fronts = luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect();
+        Self { luminaires, shares, flux, fronts, caster }
     }
 
     /// The photon whose place in the pass is `place` (0 ≤ place < 1): luminaires follow each other along it, each with
@@ -62,62 +52,104 @@ impl<'a, const C: usize> Emission<'a, C> {
     #[inline]
     pub fn photon(&self, place: f64, stream: &mut Stream) -> Emitted<C> {
         let which = self.shares.partition_point(|&share| share <= place).min(self.luminaires.len() - 1);
-        let luminaire = &self.luminaires[which];
-        let (origin, direction) = match &luminaire.opening {
-            Opening::Point { position, aim } => {
-                let direction = match luminaire.distribution {
-                    Distribution::Isotropic => stream.on_sphere(),
-                    Distribution::Lambertian => stream.cosine_about(aim.as_vec3()),
-                };
-                (position.as_vec3(), direction)
-            }
-            opening => {
-                let choice = if self.areas[which].is_empty() { 0.0 } else { stream.uniform() };
-                let [u, v] = stream.uniform_pair();
-                let (point, normal) =
-                    opening.point(&self.areas[which], f64::from(choice), [f64::from(u), f64::from(v)]);
-                let (point, normal) = (point.as_vec3(), normal.as_vec3());
-                (self.caster.step_off(point, normal), stream.cosine_about(normal))
-            }
+        let front = &self.fronts[which];
+        let choice = if front.pieces.len() > 1 { stream.uniform() } else { 0.0 };
+        let at = if front.is_point() { [0.0; 2] } else { stream.uniform_pair() };
+        let (origin, normal) = front.point_off(choice, at, self.caster);
+        let direction = match self.luminaires[which].distribution {
+            Distribution::Isotropic => stream.on_sphere(),
+            Distribution::Lambertian => stream.cosine_about(normal),
         };
         Emitted { origin, direction, flux: self.flux[which] }
     }
-
-    /// Flux of the whole pass in each channel, lm.
-    pub fn total(&self) -> [f64; C] {
-        let mut total = [0.0; C];
-        for luminaire in self.luminaires {
-            for (sum, share) in total.iter_mut().zip(channels::<C>(luminaire.colour)) {
-                *sum += share * luminaire.flux.0;
-            }
-        }
-        total
-    }
 }
 
-impl Opening {
-    /// A point of the opening and its unit normal there: equal areas of the unit square `at` give equal areas of the
-    /// opening. `choice` (0 … 1) picks a triangle by the running shares `areas`; other openings ignore both.
-    pub fn point(&self, areas: &[f64], choice: f64, at: [f64; 2]) -> (DVec3, DVec3) {
-        let [u, v] = at;
-        match self {
-            Self::Point { position, aim } => (*position, *aim),
-            Self::Rectangle { centre, half_width, half_depth } => (
-                *centre + *half_width * (2.0 * u - 1.0) + *half_depth * (2.0 * v - 1.0),
-                half_width.cross(*half_depth).normalize(),
-            ),
-            Self::Disc { centre, aim, radius } => {
+/// The front of an opening, ready to be sampled: rectangles, discs and points as they are, meshes triangle by triangle.
+pub struct Front {
+    shape: Shape,
+    pieces: Vec<Piece>,
+    /// Running sums of the pieces' areas as shares of the whole.
+    shares: Vec<f32>,
+}
+
+/// How the unit square is laid over a piece.
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    Point,
+    Square,
+    Disc,
+    Triangle,
+}
+
+/// A flat piece: origin, two sides and the unit normal, m.
+#[derive(Clone, Copy)]
+struct Piece {
+    origin: Vec3,
+    sides: [Vec3; 2],
+    normal: Vec3,
+}
+
+impl Front {
+    /// Prepares an opening.
+    pub fn new(opening: &Opening) -> Self {
+        let piece = |origin: DVec3, a: DVec3, b: DVec3, normal: DVec3| Piece {
+            origin: origin.as_vec3(),
+            sides: [a.as_vec3(), b.as_vec3()],
+            normal: normal.as_vec3(),
+        };
+        let (shape, pieces) = match opening {
+            Opening::Point { position, aim } => (Shape::Point, vec![piece(*position, DVec3::ZERO, DVec3::ZERO, *aim)]),
+            Opening::Rectangle { centre, half_width, half_depth } => {
+                let normal = half_width.cross(*half_depth).normalize();
+                let corner = *centre - *half_width - *half_depth;
+                (Shape::Square, vec![piece(corner, *half_width * 2.0, *half_depth * 2.0, normal)])
+            }
+            Opening::Disc { centre, aim, radius } => {
                 let (x, y) = aim.any_orthonormal_pair();
-                let [a, b] = concentric_disc([u, v]);
-                (*centre + (x * a + y * b) * *radius, *aim)
+                (Shape::Disc, vec![piece(*centre, x * *radius, y * *radius, *aim)])
             }
-            Self::Triangles(triangles) => {
-                let which = areas.partition_point(|&share| share <= choice).min(triangles.len() - 1);
-                let [a, b, c] = triangles[which];
-                let root = u.sqrt();
-                (a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v), (b - a).cross(c - a).normalize())
+            Opening::Triangles(triangles) => {
+                let of = |&[a, b, c]: &[DVec3; 3]| piece(a, b - a, c - a, (b - a).cross(c - a).normalize_or_zero());
+                (Shape::Triangle, triangles.iter().map(of).collect())
             }
-        }
+        };
+        let areas: Vec<f64> = match opening {
+            Opening::Triangles(triangles) => triangles.iter().map(triangle_area).collect(),
+            _ => vec![1.0],
+        };
+        let whole: f64 = areas.iter().sum();
+        let shares = areas.iter().scan(0.0, |sum, area| {
+            *sum += area / whole;
+            Some(*sum as f32)
+        });
+        Self { shape, pieces, shares: shares.collect() }
+    }
+
+    /// Whether the opening has no extent.
+    pub fn is_point(&self) -> bool {
+        self.shape == Shape::Point
+    }
+
+    /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a piece;
+    /// `choice` (0 … 1) picks the piece by its area.
+    #[inline]
+    pub fn point(&self, choice: f32, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
+        let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
+        let Piece { origin, sides: [a, b], normal } = self.pieces[which.min(self.pieces.len() - 1)];
+        let [s, t] = match self.shape {
+            Shape::Point => [0.0; 2],
+            Shape::Square => [u, v],
+            Shape::Disc => concentric_disc([u, v]),
+            Shape::Triangle => [u.sqrt() * (1.0 - v), u.sqrt() * v],
+        };
+        (origin + a * s + b * t, normal)
+    }
+
+    /// The same, as a ray start or target: off the opening on the side of its front, where it has a surface.
+    #[inline]
+    pub fn point_off(&self, choice: f32, at: [f32; 2], caster: &RayCaster) -> (Vec3, Vec3) {
+        let (point, normal) = self.point(choice, at);
+        (if self.is_point() { point } else { caster.step_off(point, normal) }, normal)
     }
 }
 
@@ -128,12 +160,12 @@ pub fn triangle_area(&[a, b, c]: &[DVec3; 3]) -> f64 {
 
 /// The unit square onto the unit disc: equal areas stay equal, squares about the middle become circles
 /// (Shirley & Chiu 1997).
-fn concentric_disc([u, v]: [f64; 2]) -> [f64; 2] {
+fn concentric_disc([u, v]: [f32; 2]) -> [f32; 2] {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     if a == 0.0 && b == 0.0 {
         return [0.0; 2];
     }
-    let quarter = std::f64::consts::FRAC_PI_4;
+    let quarter = std::f32::consts::FRAC_PI_4;
     let (radius, angle) =
         if a.abs() > b.abs() { (a, quarter * (b / a)) } else { (b, 2.0 * quarter - quarter * (a / b)) };
     [radius * angle.cos(), radius * angle.sin()]

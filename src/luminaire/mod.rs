@@ -57,6 +57,19 @@ pub enum Opening {
     Triangles(Vec<[DVec3; 3]>),
 }
 
+impl Opening {
+    /// Its middle, m; of a mesh, that of its first triangle.
+    pub fn middle(&self) -> DVec3 {
+        match self {
+            Self::Point { position, .. } => *position,
+            Self::Rectangle { centre, .. } | Self::Disc { centre, .. } => *centre,
+            Self::Triangles(triangles) => {
+                triangles.first().map_or(DVec3::ZERO, |corners| corners.iter().sum::<DVec3>() / 3.0)
+            }
+        }
+    }
+}
+
 /// Luminous intensity over directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {

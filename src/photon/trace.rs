@@ -122,7 +122,6 @@ enum Fate<const C: usize> {
 /// Traces photons through a scene.
 pub struct Tracer<'a, const C: usize> {
     caster: &'a RayCaster,
-    material_of: &'a [u32],
     surfaces: Vec<Surface<C>>,
     emission: Emission<'a, C>,
     photons: u64,
@@ -133,7 +132,6 @@ impl<'a, const C: usize> Tracer<'a, C> {
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, photons: u64) -> Self {
         Self {
             caster,
-            material_of: &scene.mesh.material_of,
             surfaces: scene.materials.iter().map(Surface::from).collect(),
             emission: Emission::new(&scene.luminaires, photons, caster),
             photons,
@@ -187,7 +185,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
             // Fly.
             tally.rays += 1;
             let hit = self.caster.closest_hit(origin, direction, f32::INFINITY);
-            let surface = hit.as_ref().map(|hit| &self.surfaces[self.material_of[hit.triangle as usize] as usize]);
+            let surface = hit.as_ref().map(|hit| &self.surfaces[hit.material as usize]);
             let lands = matches!(surface, Some(Surface::Opaque { .. }));
             let survives_glass = match &hit {
                 Some(hit) if glass > 0.0 => stream.uniform() < (-glass * hit.distance).exp(),
@@ -240,8 +238,10 @@ impl<const C: usize> Surface<C> {
         match *self {
             Self::Opaque { diffuse, specular } => {
                 let (diffused, mirrored) = (flux.filtered(diffuse), flux.filtered(specular));
-                let (mut to_diffuse, mut to_mirror) =
-                    (diffused.brightest() / flux.brightest(), mirrored.brightest() / flux.brightest());
+                let chance = |part: Flux<C>, shares: [f32; C]| {
+                    if C == 1 { shares[0] } else { part.brightest() / flux.brightest() }
+                };
+                let (mut to_diffuse, mut to_mirror) = (chance(diffused, diffuse), chance(mirrored, specular));
                 let both = to_diffuse + to_mirror;
                 if both > 1.0 {
                     (to_diffuse, to_mirror) = (to_diffuse / both, to_mirror / both);

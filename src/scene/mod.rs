@@ -60,7 +60,7 @@ impl Scene {
             [DVec3::ZERO, plane.along, plane.across, plane.along + plane.across].map(|side| plane.corner + side)
         });
         let sensors = self.sensors.iter().map(|sensor| sensor.position);
-        let luminaires = self.luminaires.iter().map(|luminaire| luminaire.opening.point(&[1.0], 0.0, [0.5; 2]).0);
+        let luminaires = self.luminaires.iter().map(|luminaire| luminaire.opening.middle());
         let (low, high) = vertices
             .chain(planes)
             .chain(luminaires)
