@@ -67,11 +67,8 @@ pub struct Settings {
 impl Settings {
     /// The settings of a method where the user chooses nothing.
     pub fn of(method: Method) -> Self {
-        let (photons, tree) = match method {
-            Method::Seed => (30_000, Tree::Paper),
-            Method::Split | Method::Photons => (1_000_000, Tree::Kiddo),
-        };
-        Self { photons, nearest: None, radius: None, passes: 1, tree, seed: 0 }
+        let photons = if method == Method::Seed { 30_000 } else { 1_000_000 };
+        Self { photons, nearest: None, radius: None, passes: 1, tree: Tree::Kiddo, seed: 0 }
     }
 }
 

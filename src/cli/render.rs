@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     /// Independent photon maps, averaged [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     passes: Option<u32>,
-    /// Tree of the photon map: kiddo, paper (the paper's own) or brute (none) [default: kiddo; seed: paper].
+    /// Tree of the photon map: kiddo, paper (the paper's own) or brute (none) [default: kiddo].
     #[arg(long, value_name = "TREE", value_parser = PossibleValuesParser::new(Tree::ALL.map(|(name, _)| name)),
           hide_possible_values = true)]
     tree: Option<String>,

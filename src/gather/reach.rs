@@ -13,8 +13,8 @@ use crate::photon::random::{Seed, Stream};
 use crate::scene::{Material, Scene};
 
 /// Random walks from a point before it is given up, and the most bounces of each.
-const WALKS: u32 = 24;
-const BOUNCES: u32 = 24;
+const WALKS: u32 = 16;
+const BOUNCES: u32 = 16;
 /// Walks from the luminaires that decide whether the scene is open, and how many of them must get out: more than can
 /// slip through cracks.
 const OUTWARD_WALKS: u64 = 2048;
@@ -32,7 +32,7 @@ pub struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    /// Prepares the question for a scene; casts about 10⁵ rays.
+    /// Prepares the question for a scene; casts about 3·10⁴ rays.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
         let clear = scene.materials.iter().map(|material: &Material| material.dielectric.is_some()).collect();
         let mut reach = Self {

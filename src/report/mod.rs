@@ -18,6 +18,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::units::Lumens;
@@ -93,7 +94,7 @@ pub struct Run {
     pub scene_hash: String,
     /// `split`, `photons` or `seed`.
     pub method: String,
-    /// Photon map's tree, `kiddo` or `kd`.
+    /// The photon map's tree: `kiddo`, `paper` or `brute`.
     pub tree: String,
     /// Photons emitted, all passes together.
     pub photons_emitted: u64,
@@ -164,30 +165,49 @@ pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<V
     prepare(folder)?;
     let names: Vec<_> = results.maps.iter().map(|map| map.name.as_str()).collect();
     let stems = stems(&names);
-    let mut written = Vec::new();
-    let mut pictures = Vec::new();
-    let mut save = |name: String, content: &mut dyn FnMut(&mut file::Writer) -> std::io::Result<()>| {
+    let of_planes: Vec<(Vec<PathBuf>, Vec<u8>)> = results
+        .maps
+        .par_iter()
+        .zip(&stems)
+        .map(|(map, stem)| write_plane(map, &results.run, layers, &folder.join(stem)))
+        .collect::<Result<_, Error>>()?;
+    let (written, pictures): (Vec<_>, Vec<_>) = of_planes.into_iter().unzip();
+    let mut written = written.concat();
+    let mut save = |name: &str, content: &mut dyn FnMut(&mut file::Writer) -> std::io::Result<()>| {
         let path = folder.join(name);
         file::write_whole(&path, content)?;
         written.push(path);
         Ok::<(), Error>(())
     };
-    for (map, stem) in results.maps.iter().zip(&stems) {
-        save(format!("{stem}.exr"), &mut |out| exr::write(map, &results.run, layers, out))?;
-        let mut picture = Vec::new();
-        save(format!("{stem}.png"), &mut |out| {
-            picture = png::picture(map, &results.run)?;
-            out.write_all(&picture)
-        })?;
-        pictures.push(picture);
-        save(format!("{stem}.csv"), &mut |out| csv::write_plane(map, out))?;
-    }
     if !results.sensors.is_empty() {
-        save("sensors.csv".into(), &mut |out| csv::write_sensors(&results.sensors, out))?;
+        save("sensors.csv", &mut |out| csv::write_sensors(&results.sensors, out))?;
     }
-    save("summary.json".into(), &mut |out| out.write_all(json::summary(results).as_bytes()))?;
-    save("report.html".into(), &mut |out| out.write_all(html::report(results, &pictures).as_bytes()))?;
+    save("summary.json", &mut |out| out.write_all(json::summary(results).as_bytes()))?;
+    save("report.html", &mut |out| out.write_all(html::report(results, &pictures).as_bytes()))?;
     Ok(written)
+}
+
+/// Writes `<stem>.exr`, `.png` and `.csv` of one plane; returns their paths and the picture.
+fn write_plane(
+    map: &IlluminanceMap,
+    run: &Run,
+    layers: &ExtraLayers,
+    stem: &Path,
+) -> Result<(Vec<PathBuf>, Vec<u8>), Error> {
+    let named = |ending: &str| {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let files = [named(".exr"), named(".png"), named(".csv")];
+    let mut picture = Vec::new();
+    file::write_whole(&files[0], &mut |out| exr::write(map, run, layers, out))?;
+    file::write_whole(&files[1], &mut |out| {
+        picture = png::picture(map, run)?;
+        out.write_all(&picture)
+    })?;
+    file::write_whole(&files[2], &mut |out| csv::write_plane(map, out))?;
+    Ok((files.into(), picture))
 }
 
 impl IlluminanceMap {

@@ -1,6 +1,7 @@
 //! The false-colour picture of a map: what a person looks at first.
 //!
-//! Colours run from the lowest to the highest value of the map (viridis, linear in lx), isolux lines stand at the legend's
+//! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a hundredth of
+//! the cells where those few are far brighter), isolux lines stand at the legend's
 //! ticks and carry their value in lx, luminaires are outlined, cells where no light can arrive are hatched. The plane is
 //! seen from the measured side, `along` to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of
 //! few cells show them as squares; others are interpolated between the cells' centres, or averaged where there are more
@@ -57,16 +58,27 @@ pub fn picture(map: &IlluminanceMap, run: &Run) -> io::Result<Vec<u8>> {
     map.check()?;
     let found = statistics(map);
     let layout = Layout::new(map, found.cells_without_value > 0);
-    let scale = Scale::new(found.min.0, found.max.0, f64::from(layout.bar) / TICK_DISTANCE_LEGEND);
+    let scale = Scale::new(found.min.0, brightest_shown(map, &found), f64::from(layout.bar) / TICK_DISTANCE_LEGEND);
     let mut canvas = Canvas::new(layout.width, layout.height, PAPER);
     title(&mut canvas, &layout, map, run);
     canvas.paste(layout.map, &draw_map(map, layout.size, &scale, found.mean_standard_error));
     canvas.frame([layout.map[0] - 1, layout.map[1] - 1], [layout.size[0] + 2, layout.size[1] + 2], TEXT);
     axes(&mut canvas, &layout, map);
-    legend(&mut canvas, &layout, (found.cells > 0).then_some(&scale));
+    if found.cells > 0 {
+        legend(&mut canvas, &layout, &scale, found.max.0);
+    }
     key(&mut canvas, &layout, map, &found, scale.colour((scale.low + scale.high) / 2.0));
     footer(&mut canvas, &layout, &found, run);
     canvas.encode()
+}
+
+/// The value at which the colours end: the highest, unless a few bright cells (a caustic, a lamp's foot) would leave none
+/// for the others. Then it is what one cell in a hundred exceeds.
+fn brightest_shown(map: &IlluminanceMap, found: &Statistics) -> f64 {
+    let mut values: Vec<f64> = map.values().flatten().collect();
+    let Some(rank) = values.len().checked_sub(1 + values.len() / 100) else { return found.max.0 };
+    let (_, &mut common, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
+    if found.max.0 > 3.0 * common && common > found.min.0 { common } else { found.max.0 }
 }
 
 /// Where everything is, pixels.
@@ -253,9 +265,8 @@ fn axes(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap) {
     canvas.text([left - 16 - NORMAL.width(&vertical.label).min(left - 32), top - 40], &vertical.label, NORMAL, QUIET);
 }
 
-/// The colour bar with its ticks.
-fn legend(canvas: &mut Canvas, layout: &Layout, scale: Option<&Scale>) {
-    let Some(scale) = scale else { return };
+/// The colour bar with its ticks; where it ends below the `highest` value, it says so.
+fn legend(canvas: &mut Canvas, layout: &Layout, scale: &Scale, highest: f64) {
     let ([left, top], [width, height]) = ([layout.legend, layout.map[1]], [30, layout.bar]);
     for y in 0..height {
         let share = 1.0 - (f64::from(y) + 0.5) / f64::from(height);
@@ -269,6 +280,9 @@ fn legend(canvas: &mut Canvas, layout: &Layout, scale: Option<&Scale>) {
         canvas.text([left + width + 15, y - NORMAL.height() / 2], &scale.label(tick), NORMAL, TEXT);
     }
     canvas.text([left, top - 40], "E, lx", BOLD, TEXT);
+    if highest > scale.high {
+        canvas.text([left, top - 20], &format!("top: up to {}", short(highest)), SMALL, QUIET);
+    }
 }
 
 /// What outlines and hatching mean, below the colour bar.

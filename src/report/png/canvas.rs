@@ -142,6 +142,7 @@ impl Canvas {
         let mut encoder = ::png::Encoder::new(&mut file, self.pixmap.width(), self.pixmap.height());
         encoder.set_color(::png::ColorType::Rgb);
         encoder.set_depth(::png::BitDepth::Eight);
+        encoder.set_compression(::png::Compression::Fast); // best would take longer than a small run itself
         let rgb: Vec<u8> = self.pixmap.data().chunks_exact(4).flat_map(|rgba| &rgba[..3]).copied().collect();
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&rgb)?;
