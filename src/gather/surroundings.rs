@@ -22,7 +22,7 @@ const STEPS: usize = 4;
 /// How much farther the fan looks than photons are searched for: a wall is met even by rays that run nearly along it.
 const FARSIGHT: f32 = 4.0;
 
-/// Distance along each ray of the fan at which a point's view of its plane ends, m, or [`FARSIGHT`] search radii. `None`
+/// Distance along each ray of the fan at which a point's view of its plane ends, m, or 4 search radii. `None`
 /// where the search radius sees no end at all.
 pub struct Surroundings(Option<Box<[f32; FAN]>>);
 
