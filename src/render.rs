@@ -355,12 +355,13 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Says what a user ought to know about this run.
     fn warn(&mut self, places: &[Place<C>], flux: &Tally<C>) {
         for (plane, place) in self.scene.planes.iter().zip(places) {
-            let missed = place.receiver.len() - place.receiver.points_on_surface();
+            let missed = |point: &usize| place.has_value[*point] && !place.receiver.is_on_surface(*point);
+            let missed = (0..plane.len()).filter(missed).count();
             if plane.kind == PlaneKind::Surface && missed > 0 {
                 self.warnings.push(format!(
                     "plane \"{}\": {missed} of {} points have no surface within {:.1} mm; expected on = \"air\" there",
                     plane.name,
-                    place.receiver.len(),
+                    plane.len(),
                     1e3 * place.receiver.tolerance,
                 ));
             }

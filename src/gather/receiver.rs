@@ -32,8 +32,8 @@ pub struct Receiver {
     pub tolerance: f32,
     /// Whence rays leave each point: just off the surface if one is there.
     starts: Vec<Vec3>,
-    /// Number of points with a surface within the tolerance.
-    on_surface: usize,
+    /// Whether each point has a surface within the tolerance.
+    on_surface: Vec<bool>,
     low: [f32; 2],
     high: [f32; 2],
 }
@@ -93,7 +93,7 @@ impl Receiver {
                 }
             })
             .collect();
-        let on_surface = starts.iter().filter(|(_, found)| *found).count();
+        let (starts, on_surface) = starts.into_iter().unzip();
         let points: Vec<[f32; 2]> =
             points.iter().map(|&p| [(p - origin).dot(u) as f32, (p - origin).dot(v) as f32]).collect();
         let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
@@ -109,7 +109,7 @@ impl Receiver {
             points,
             grid: None,
             tolerance,
-            starts: starts.into_iter().map(|(start, _)| start).collect(),
+            starts,
             on_surface,
             low,
             high,
@@ -126,9 +126,9 @@ impl Receiver {
         self.points.is_empty()
     }
 
-    /// Number of points with a surface within the tolerance.
-    pub fn points_on_surface(&self) -> usize {
-        self.on_surface
+    /// Whether a point has a surface within the tolerance.
+    pub fn is_on_surface(&self, point: usize) -> bool {
+        self.on_surface[point]
     }
 
     /// Whence rays leave a point towards the measured side, m.

@@ -20,13 +20,14 @@ pub(crate) fn fine_percent(part: f64) -> String {
     format!("{}", (part * 1e6).round() / 1e4)
 }
 
-/// Seconds as `3.42 s`, `2 min 05 s`, `1 h 02 min`.
+/// Seconds as `0.85 ms`, `3.42 s`, `2 min 05 s`, `1 h 02 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.max(0.0).round();
     let (hours, minutes) = ((whole / 3600.0).floor(), (whole / 60.0).floor() % 60.0);
     match whole {
         s if s >= 3600.0 => format!("{hours} h {minutes:02} min"),
         s if s >= 120.0 => format!("{minutes} min {:02} s", s % 60.0),
+        _ if seconds < 0.9995 => format!("{} ms", plain_or_scientific(round_to(1e3 * seconds, 3), 3)),
         _ => format!("{} s", plain_or_scientific(round_to(seconds, 3), 3)),
     }
 }
@@ -90,6 +91,7 @@ mod tests {
     #[test]
     fn durations_and_counts_read_easily() {
         assert_eq!(duration(3.4211), "3.42 s");
+        assert_eq!(duration(0.00085), "0.85 ms");
         assert_eq!(duration(125.2), "2 min 05 s");
         assert_eq!(duration(3725.0), "1 h 02 min");
         assert_eq!(count(1_200_000), "1\u{a0}200\u{a0}000");

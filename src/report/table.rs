@@ -4,7 +4,7 @@ use crate::report::number::{count, duration, fine_percent, long, percent, short}
 use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
 use crate::units::Lumens;
 
-/// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times, warnings.
+/// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times.
 pub fn table(results: &Results) -> String {
     let run = &results.run;
     let mut lines = vec![format!("{}: {}", run.scene, method(run))];
@@ -19,14 +19,18 @@ pub fn table(results: &Results) -> String {
         lines.extend(columns(head, results.sensors.iter().map(sensor)));
     }
     lines.push(String::new());
-    lines.push(format!("flux  {}", flux_balance(run)));
+    if run.photons_emitted > 0 {
+        lines.push(format!("flux  {}", flux_balance(run)));
+    }
     lines.push(format!("time  {}", times(run)));
-    lines.extend(run.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.join("\n") + "\n"
 }
 
 /// How it was computed, in one line, as `split, 1 200 000 photons in 12 passes, k = 100`.
 pub(crate) fn method(run: &Run) -> String {
+    if run.photons_emitted == 0 {
+        return format!("{}, no photons needed", run.method);
+    }
     let passes = if run.passes == 1 { "1 pass".into() } else { format!("{} passes", run.passes) };
     let photons = format!("{}, {} photons in {passes}", run.method, count(run.photons_emitted));
     if run.nearest > 0 { format!("{photons}, k = {}", run.nearest) } else { photons }
