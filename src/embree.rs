@@ -125,10 +125,11 @@ impl RayCaster {
         query.tfar == f32::NEG_INFINITY // Embree's sign for "something was hit"
     }
 
-    /// A point (m) of a surface that is not part of the mesh, moved off it along its unit `normal` as [`Hit::leave`] would.
+    /// A point (m) of a surface, moved off it along its unit `normal` as [`Hit::leave`] would. `largest_coordinate` (m) is
+    /// that of the surface's corners and of the other end of the ray: either's rounding can put the surface in the way.
     #[inline]
-    pub fn step_off(&self, point: Vec3, normal: Vec3) -> Vec3 {
-        point + normal * (RELATIVE_OFFSET * point.abs().max_element().max(self.smallest_coordinate))
+    pub fn step_off(&self, point: Vec3, normal: Vec3, largest_coordinate: f32) -> Vec3 {
+        point + normal * (RELATIVE_OFFSET * largest_coordinate.max(self.smallest_coordinate))
     }
 
     /// The most memory Embree has held at any time since the build began, bytes. Vertices and indices come on top.

@@ -20,6 +20,29 @@ fn illuminance_falls_with_the_square_of_the_distance() {
     }
 }
 
+/// On the axis of a Lambertian disc, E = Φ/(π (r² + d²)), wherever the disc hangs and however it is tilted. In the middle
+/// of the room its coordinates are small and the meter's are not: a shadow ray that ends on the disc must not take the
+/// disc for an obstacle. Exact but for the 64 corners that stand for the circle (10⁻⁴ at r = 0.1 d).
+#[test]
+fn a_tilted_disc_in_the_middle_of_a_room_is_not_in_its_own_way() {
+    let obj = format!("{}\n", room([0.0; 3], [4.0, 4.0, 4.0], ["black"; 6]));
+    for (test, aim) in [[0.0, 0.0, -1.0], [0.3, 0.2, -0.9], [-0.7, 0.6, -1.0]].into_iter().enumerate() {
+        for radius in [0.001, 0.05, 0.2] {
+            let target = [2.0 - 2.0 * aim[0] / aim[2], 2.0 - 2.0 * aim[1] / aim[2], 0.0];
+            let meter = sensor("meter", target, aim.map(|a: f64| -a));
+            let toml = format!(
+                "[material.black]\nreflectance = 0\n[[luminaire]]\nname = \"lamp\"\nposition = [2, 2, 2]\naim = {aim:?}\n\
+                 opening = {{ disc = {} }}\nflux = 1000\n{meter}",
+                2.0 * radius
+            );
+            let scene = scene(&format!("tilted_disc_{test}"), &toml, &obj);
+            let squared = 4.0 * aim.map(|a| (a / aim[2]).powi(2)).iter().sum::<f64>();
+            let found = run(&scene, Method::Split, 1, 0).sensors[0].illuminance;
+            assert_close(&format!("{aim:?}, r = {radius}"), found, 1000.0 / (PI * (radius * radius + squared)), 1e-4);
+        }
+    }
+}
+
 /// An isotropic point source seen by photons alone: E = I cos θ/d² at every point of a plane in the air. Four in a
 /// thousand million points may lie beyond 6 σ; the largest of 1600 must not.
 #[test]

@@ -296,7 +296,7 @@ impl Shadows<'_> {
         for stratum in 0..side * side {
             let [a, b] = stream.uniform_pair();
             let at = [(stratum % side) as f32 + a, (stratum / side) as f32 + b];
-            let (target, facing) = front.point_off(0.0, at.map(|x| x / side as f32), self.caster);
+            let (target, facing) = front.point_off(0.0, at.map(|x| x / side as f32), start, self.caster);
             let to = target - start;
             let distance = to.length();
             let direction = to / distance;
@@ -323,7 +323,7 @@ impl Shadows<'_> {
         let count = f64::from(MESH_SAMPLES);
         for sample in 0..MESH_SAMPLES {
             let choice = (sample as f32 + stream.uniform()) / MESH_SAMPLES as f32;
-            let (target, normal) = front.point_off(choice, stream.uniform_pair(), self.caster);
+            let (target, normal) = front.point_off(choice, stream.uniform_pair(), start, self.caster);
             let to = target - start;
             let distance = to.length();
             let direction = to / distance;

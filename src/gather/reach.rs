@@ -74,7 +74,7 @@ impl<'a> Reach<'a> {
         let out = |walk: &u64| {
             let mut stream = self.seed.branch(1).stream(*walk);
             let front = &self.fronts[(*walk % self.fronts.len() as u64) as usize];
-            let (mut origin, normal) = front.point_off(0.0, stream.uniform_pair(), self.caster);
+            let (mut origin, normal) = front.point_off(0.0, stream.uniform_pair(), Vec3::ZERO, self.caster);
             let mut direction = if front.is_point() { stream.on_sphere() } else { stream.cosine_about(normal) };
             for _ in 0..BOUNCES {
                 match self.bounce(origin, direction, &mut stream) {
@@ -100,7 +100,7 @@ impl<'a> Reach<'a> {
 
     /// Whether the straight way to a point of a luminaire's front is free; of a mesh, its first triangle stands for all.
     fn sees(&self, from: Vec3, front: &Front, at: [f32; 2]) -> bool {
-        let (target, normal) = front.point_off(0.0, at, self.caster);
+        let (target, normal) = front.point_off(0.0, at, from, self.caster);
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;

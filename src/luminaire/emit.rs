@@ -55,7 +55,7 @@ impl<'a, const C: usize> Emission<'a, C> {
         let front = &self.fronts[which];
         let choice = if front.pieces.len() > 1 { stream.uniform() } else { 0.0 };
         let at = if front.is_point() { [0.0; 2] } else { stream.uniform_pair() };
-        let (origin, normal) = front.point_off(choice, at, self.caster);
+        let (origin, normal) = front.point_off(choice, at, Vec3::ZERO, self.caster);
         let direction = match self.luminaires[which].distribution {
             Distribution::Isotropic => stream.on_sphere(),
             Distribution::Lambertian => stream.cosine_about(normal),
@@ -81,12 +81,13 @@ enum Shape {
     Triangle,
 }
 
-/// A flat piece: origin, two sides and the unit normal, m.
+/// A flat piece: origin, two sides, the unit normal and the largest coordinate of its corners, m.
 #[derive(Clone, Copy)]
 struct Piece {
     origin: Vec3,
     sides: [Vec3; 2],
     normal: Vec3,
+    largest_coordinate: f32,
 }
 
 impl Front {
@@ -96,6 +97,10 @@ impl Front {
             origin: origin.as_vec3(),
             sides: [a.as_vec3(), b.as_vec3()],
             normal: normal.as_vec3(),
+            largest_coordinate: [origin, origin + a, origin + b, origin + a + b]
+                .map(|corner| corner.abs().max_element() as f32)
+                .into_iter()
+                .fold(0.0, f32::max),
         };
         let (shape, pieces) = match opening {
             Opening::Point { position, aim } => (Shape::Point, vec![piece(*position, DVec3::ZERO, DVec3::ZERO, *aim)]),
@@ -131,25 +136,23 @@ impl Front {
     }
 
     /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a piece;
-    /// `choice` (0 … 1) picks the piece by its area.
+    /// `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m), its end: off
+    /// the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is zero.
     #[inline]
-    pub fn point(&self, choice: f32, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
+    pub fn point_off(&self, choice: f32, [u, v]: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
         let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
-        let Piece { origin, sides: [a, b], normal } = self.pieces[which.min(self.pieces.len() - 1)];
+        let Piece { origin, sides: [a, b], normal, largest_coordinate } = self.pieces[which.min(self.pieces.len() - 1)];
         let [s, t] = match self.shape {
             Shape::Point => [0.0; 2],
             Shape::Square => [u, v],
             Shape::Disc => concentric_disc([u, v]),
             Shape::Triangle => [u.sqrt() * (1.0 - v), u.sqrt() * v],
         };
-        (origin + a * s + b * t, normal)
-    }
-
-    /// The same, as a ray start or target: off the opening on the side of its front, where it has a surface.
-    #[inline]
-    pub fn point_off(&self, choice: f32, at: [f32; 2], caster: &RayCaster) -> (Vec3, Vec3) {
-        let (point, normal) = self.point(choice, at);
-        (if self.is_point() { point } else { caster.step_off(point, normal) }, normal)
+        let point = origin + a * s + b * t;
+        if self.is_point() {
+            return (point, normal);
+        }
+        (caster.step_off(point, normal, largest_coordinate.max(eye.abs().max_element())), normal)
     }
 }
 
