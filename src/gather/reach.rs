@@ -50,7 +50,7 @@ impl<'a> Reach<'a> {
     pub fn light_can_arrive(&self, receiver: &Receiver, point: usize) -> bool {
         let mut stream = self.seed.stream(point as u64);
         let start = receiver.start(point);
-        self.fronts.iter().any(|front| self.sees(start, front, [0.5; 2]))
+        self.fronts.iter().any(|front| self.sees(start, front, 0.0, [0.5; 2]))
             || (0..WALKS).any(|_| self.walk_arrives(start, receiver.normal, &mut stream))
     }
 
@@ -59,7 +59,8 @@ impl<'a> Reach<'a> {
         let (mut origin, mut direction) = (start, stream.cosine_about(normal));
         for _ in 0..BOUNCES {
             let choice = (stream.uniform() * self.fronts.len() as f32) as usize;
-            if self.sees(origin, &self.fronts[choice.min(self.fronts.len() - 1)], stream.uniform_pair()) {
+            let front = &self.fronts[choice.min(self.fronts.len() - 1)];
+            if self.sees(origin, front, stream.uniform(), stream.uniform_pair()) {
                 return true;
             }
             match self.bounce(origin, direction, stream) {
@@ -74,7 +75,8 @@ impl<'a> Reach<'a> {
         let out = |walk: &u64| {
             let mut stream = self.seed.branch(1).stream(*walk);
             let front = &self.fronts[(*walk % self.fronts.len() as u64) as usize];
-            let (mut origin, normal) = front.point_off(0.0, stream.uniform_pair(), Vec3::ZERO, self.caster);
+            let (mut origin, normal) =
+                front.point_off(stream.uniform(), stream.uniform_pair(), Vec3::ZERO, self.caster);
             let mut direction = if front.is_point() { stream.on_sphere() } else { stream.cosine_about(normal) };
             for _ in 0..BOUNCES {
                 match self.bounce(origin, direction, &mut stream) {
@@ -98,13 +100,29 @@ impl<'a> Reach<'a> {
         Some((hit.leave(onward), onward))
     }
 
-    /// Whether the straight way to a point of a luminaire's front is free; of a mesh, its first triangle stands for all.
-    fn sees(&self, from: Vec3, front: &Front, at: [f32; 2]) -> bool {
-        let (target, normal) = front.point_off(0.0, at, from, self.caster);
+    /// Whether nothing but glass stands between a point and one of a luminaire's front; walks alone would hardly ever hit
+    /// on a lamp in a bulb.
+    fn sees(&self, from: Vec3, front: &Front, choice: f32, at: [f32; 2]) -> bool {
+        let (target, normal) = front.point_off(choice, at, from, self.caster);
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;
         let reach = if front.is_point() { distance * (1.0 - 1e-5) } else { distance };
-        distance > 0.0 && from_front && !self.caster.is_occluded(from, to / distance, reach)
+        distance > 0.0 && from_front && self.passes(from, to / distance, reach)
+    }
+
+    /// Whether a straight way of `reach` (m) is free but for glass.
+    fn passes(&self, mut from: Vec3, direction: Vec3, mut reach: f32) -> bool {
+        for _ in 0..BOUNCES {
+            match self.caster.closest_hit(from, direction, reach) {
+                None => return true,
+                Some(hit) if self.clear[hit.material as usize] => {
+                    reach -= hit.distance;
+                    from = hit.leave(direction);
+                }
+                Some(_) => return false,
+            }
+        }
+        false
     }
 }
