@@ -368,7 +368,7 @@ fn render_options_that_can_t_be() {
     let render_says = |line: &str| says(&format!("{LAMP}{SENSOR}[render]\n{line}\n"));
     assert_eq!(
         render_says("photons = 0"),
-        "scene.toml:10: found photons = 0 in [render], expected a whole number from 1 up"
+        "scene.toml:10: found photons = 0 in [render], expected a whole number from 1 to 1099511627776"
     );
     assert_eq!(
         render_says("nearest = 1"),

@@ -408,7 +408,7 @@ fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
     };
     Ok(RenderDefaults {
         method: fields.word("method", &["split", "photons", "seed"])?.map(|word| word.value),
-        photons: fields.whole("photons", 1, u64::MAX)?.map(|n| n.value),
+        photons: fields.whole("photons", 1, 1 << 40)?.map(|n| n.value),
         nearest: fields.whole("nearest", 2, 1_000_000_000)?.and_then(|n| usize::try_from(n.value).ok()),
         radius: fields.number("radius", "a number above 0, m", |n| n > 0.0)?.map(|n| n.value),
         passes: fields.whole("passes", 1, u64::from(u32::MAX))?.and_then(|n| u32::try_from(n.value).ok()),
