@@ -4,6 +4,7 @@ mod plan;
 mod progress;
 mod render;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -34,7 +35,11 @@ enum Outcome {
 
 /// Runs the command line; exit code 0: done, 1: ran, but a required value was missed, 2: bad input or use.
 pub fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
+    let outcome = match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
     };
@@ -42,19 +47,44 @@ pub fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("luxmap: {}", one_line(&error));
+            complain(&format!("luxmap: {}", one_line(&error.to_string(), " ")));
             ExitCode::from(2)
         }
     }
 }
 
-/// The error's message without line breaks, whatever a file name or a parser put into it.
-fn one_line(error: &Error) -> String {
-    error.to_string().split(['\n', '\r']).map(str::trim).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+/// What the command line's own parser has to say: help and version as they are, a mistake as one line.
+fn refuse(error: &clap::Error) -> ExitCode {
+    use clap::error::ErrorKind;
+    let help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if help || !error.use_stderr() {
+        let _ = error.print(); // nobody listens: nothing left to say it to
+        return ExitCode::from(if help { 2 } else { 0 });
+    }
+    let text = error.to_string();
+    let sentence = text.split("\n\nUsage:").next().and_then(|text| text.split("\n\nFor more").next()).unwrap_or(&text);
+    let sentence = one_line(sentence.trim_start_matches("error: "), "; ").replace(":; ", ": ");
+    complain(&format!("luxmap: {sentence}; try --help"));
+    ExitCode::from(2)
 }
 
-/// Prints to stdout; a reader that has gone (`| head`) is no error.
-fn print(text: &str) {
-    use std::io::Write;
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+/// A message without line breaks, whatever a file name or a parser put into it.
+fn one_line(message: &str, between: &str) -> String {
+    message.split(['\n', '\r']).map(str::trim).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(between)
+}
+
+/// Prints to stdout; a reader that has gone (`| head`) is no error, a full disk is.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::Write { path: "standard output".into(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a line to stderr. If that fails, there is nowhere left to say so; `eprintln!` would panic.
+fn complain(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }

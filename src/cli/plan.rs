@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::render::{method_parser, parse_method};
-use super::{Outcome, print};
+use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
@@ -31,9 +31,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         scene.sensors.len(),
         method.name(),
         Plan::new(&scene, method),
-    ));
+    ))?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        complain(&format!("warning: {warning}"));
     }
     Ok(Outcome::Done)
 }

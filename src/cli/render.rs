@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::builder::PossibleValuesParser;
 
 use super::progress::Bar;
-use super::{Outcome, print};
+use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::render::{Settings, Tree, render};
 use crate::report::{self, ExtraLayers, Results};
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(2..))]
     nearest: Option<u32>,
     /// Largest search radius, m [default: a tenth of the scene's diagonal].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     radius: Option<f64>,
     /// Independent photon maps, averaged [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
     /// Threads [default: all].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Only this measuring plane; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
@@ -105,13 +105,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     results.run.total_seconds += load_seconds;
     let written = report::write(&results, &folder, &layers(&arguments.layers))?;
     if arguments.json {
-        print(&report::json::summary(&results));
+        print(&report::json::summary(&results))?;
+        results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     } else {
-        print(&report::table::table(&results));
-        print(&format!("wrote {} files to {}\n", written.len(), folder.display()));
-    }
-    for warning in &results.run.warnings {
-        eprintln!("warning: {warning}");
+        print(&report::table::table(&results))?;
+        print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     Ok(if arguments.check && misses_target(&results) { Outcome::Missed } else { Outcome::Done })
 }
