@@ -282,6 +282,15 @@ fn the_files_agree_with_each_other() {
     }
 }
 
+/// A strip a micrometre wide is a plane all the same, though no image has such pixels.
+#[test]
+fn a_strip_of_extreme_proportions_is_written() {
+    let folder = Folder::new("strip");
+    folder.write("scene.toml", &sound().replacen("along = [4, 0, 0]", "along = [1e-6, 0, 0]", 1));
+    done(&folder.render(&["--plane", "floor"]));
+    assert_eq!(rows(&folder.0.join("out/floor.csv")).len(), 12);
+}
+
 /// What `plan` uses and leaves out differs from scene to scene, each with its reason.
 #[test]
 fn plan_tells_what_a_scene_needs() {

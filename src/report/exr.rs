@@ -166,11 +166,11 @@ fn attributes(map: &IlluminanceMap, run: &Run) -> LayerAttributes {
     }
 }
 
-/// Width of a cell over its height; 1 for a plane without extent.
+/// Width of a cell over its height; 1 beyond what the format allows.
 fn pixel_aspect(map: &IlluminanceMap) -> f32 {
     let [columns, rows] = map.cells.map(|cells| cells as f64);
     let aspect = ((map.along.length() / columns) / (map.across.length() / rows)) as f32;
-    if aspect.is_normal() { aspect } else { 1.0 }
+    if (1e-6..=1e6).contains(&aspect) { aspect } else { 1.0 }
 }
 
 /// Primaries and white of Rec. 709.
