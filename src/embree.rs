@@ -37,7 +37,7 @@ use crate::scene::Mesh;
 /// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of `f32`
 /// numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1 in 1000
 /// rays that start near the origin passed through.
-const RELATIVE_OFFSET: f32 = 1e-6;
+pub(crate) const RELATIVE_OFFSET: f32 = 1e-6;
 /// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least.
 const EXTENT_FLOOR: f32 = 0.01;
 /// Embree leaves out triangles with a coordinate beyond 1.844e18.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::embree::RayCaster;
+use crate::embree::{RELATIVE_OFFSET, RayCaster};
 use crate::error::Error;
 use crate::gather::density::{Estimate, Search, local_linear, paper};
 use crate::gather::direct::{DirectLight, direct_light};
@@ -367,10 +367,30 @@ impl<'a, const C: usize> Rendering<'a, C> {
             }
             if place.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
-                    "plane \"{}\": no light can arrive at any point; along × across points to the measured side",
+                    "plane \"{}\": no light can arrive at any point; along × across points to the measured side, and some \
+                     luminaire has to shine into the same space",
                     plane.name
                 ));
             }
+            let unmet = |point: &usize| place.has_value[*point] && place.photons.0[*point] == Estimate::DARK;
+            let unmet = (0..plane.len()).filter(unmet).count();
+            if self.plan.photons && unmet > 0 {
+                self.warnings.push(format!(
+                    "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0 ± 0; \
+                     expected more photons or a larger radius",
+                    plane.name,
+                    plane.len(),
+                    self.searches.smooth.radius,
+                ));
+            }
+        }
+        let (step, detail) = (f64::from(RELATIVE_OFFSET) * self.scene.half_extent(), self.scene.smallest_detail());
+        if step > 0.1 * detail {
+            self.warnings.push(format!(
+                "the scene reaches {:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less than a \
+                 tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?",
+                self.scene.half_extent(),
+            ));
         }
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
         if cut_off > 0.0 {

@@ -106,11 +106,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let written = report::write(&results, &folder, &layers(&arguments.layers))?;
     if arguments.json {
         print(&report::json::summary(&results))?;
-        results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     } else {
         print(&report::table::table(&results))?;
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
+    results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     Ok(if arguments.check && misses_target(&results) { Outcome::Missed } else { Outcome::Done })
 }
 

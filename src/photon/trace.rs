@@ -155,7 +155,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
                 let photons = chunk * CHUNK..((chunk + 1) * CHUNK).min(self.photons);
                 let count = photons.end - photons.start;
                 for photon in photons {
-                    let mut stream = seed.stream(pass * self.photons + photon);
+                    let mut stream = seed.stream(pass.wrapping_mul(self.photons).wrapping_add(photon));
                     self.follow((photon as f64 + offset) / self.photons as f64, &mut stream, &mut recorder, &mut tally);
                 }
                 progress(count);

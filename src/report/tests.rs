@@ -290,7 +290,7 @@ fn the_table_aligns_and_balances() {
     assert!(text.contains(&format!("\n{head}\n{floor}\n")), "{text}");
     let balance = "flux  emitted 1000 lm = absorbed 990 lm (99 %) + escaped 9 lm (0.9 %) + cut off 1 lm (0.1 %)";
     assert!(text.contains(balance), "{text}");
-    assert!(text.contains("missed") && text.contains("time  trace 1.5 s, gather 0.5 s; 2.1 s in all"), "{text}");
+    assert!(text.contains("missed") && text.contains("time  trace 1.5 s, gather 500 ms; 2.1 s in all"), "{text}");
 }
 
 #[test]

@@ -88,7 +88,7 @@ pub(crate) struct Array {
 }
 
 /// Most cells of one measuring plane: 8 GB for each f64 kept of a cell.
-const MOST_CELLS: u64 = 1_000_000_000;
+const MOST_CELLS: u64 = 25_000_000;
 /// Most luminaires of a scene.
 pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
 

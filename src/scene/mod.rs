@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use crate::luminaire::Luminaire;
+use crate::luminaire::{Luminaire, Opening};
 pub use file::RenderDefaults;
 pub use material::{Dielectric, Material};
 pub use mesh::Mesh;
@@ -55,18 +55,41 @@ pub struct Scene {
 impl Scene {
     /// Diagonal of the box around the mesh, the luminaires, the measuring planes and the sensors, m. Cost: O(vertices).
     pub fn diagonal(&self) -> f64 {
+        let (low, high) = self.bounds();
+        low.distance(high)
+    }
+
+    /// Largest local coordinate, m: what single precision has to resolve details against. Cost: O(vertices).
+    pub fn half_extent(&self) -> f64 {
+        let (low, high) = self.bounds();
+        low.abs().max(high.abs()).max_element()
+    }
+
+    /// Smallest side of any opening or cell, m; infinite where there is neither.
+    pub fn smallest_detail(&self) -> f64 {
+        let cells = self.planes.iter().flat_map(|plane| {
+            [plane.along.length() / plane.cells[0] as f64, plane.across.length() / plane.cells[1] as f64]
+        });
+        let openings = self.luminaires.iter().map(|luminaire| match &luminaire.opening {
+            Opening::Rectangle { half_width, half_depth, .. } => 2.0 * half_width.length().min(half_depth.length()),
+            Opening::Disc { radius, .. } => 2.0 * radius,
+            Opening::Point { .. } | Opening::Triangles(_) => f64::INFINITY,
+        });
+        cells.chain(openings).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lowest and highest corner of the box around everything; zeros for a scene of nothing.
+    fn bounds(&self) -> (DVec3, DVec3) {
         let vertices = self.mesh.vertices.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()));
         let planes = self.planes.iter().flat_map(|plane| {
             [DVec3::ZERO, plane.along, plane.across, plane.along + plane.across].map(|side| plane.corner + side)
         });
         let sensors = self.sensors.iter().map(|sensor| sensor.position);
         let luminaires = self.luminaires.iter().map(|luminaire| luminaire.opening.middle());
-        let (low, high) = vertices
-            .chain(planes)
-            .chain(luminaires)
-            .chain(sensors)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
-        if low.x <= high.x { low.distance(high) } else { 0.0 }
+        let all = vertices.chain(planes).chain(luminaires).chain(sensors);
+        all.map(|point| (point, point))
+            .reduce(|(low, high), (point, _)| (low.min(point), high.max(point)))
+            .unwrap_or_default()
     }
 }
 
