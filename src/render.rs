@@ -127,9 +127,6 @@ impl Searches {
     }
 }
 
-/// Sums over the passes at the points of one receiver.
-struct Accumulated<const C: usize>(Vec<Estimate<C>>);
-
 /// One receiver with all that is known of it.
 struct Place<const C: usize> {
     receiver: Receiver,
@@ -138,7 +135,8 @@ struct Place<const C: usize> {
     has_value: Vec<bool>,
     surroundings: Vec<Surroundings>,
     direct: Option<DirectLight<C>>,
-    photons: Accumulated<C>,
+    /// Sum over the passes at each point, then their mean.
+    photons: Vec<Estimate<C>>,
 }
 
 /// A run under way.
@@ -182,7 +180,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
         let flux = if plan.photons { rendering.passes::<T>(&mut places, &caster) } else { Tally::default() };
         rendering.warn(&places, &flux);
-        Ok(rendering.results(&places, &sensors, &flux, started))
+        Ok(rendering.results(&places, &sensors, &flux, caster.peak_memory(), started))
     }
 
     /// Runs a stage and books its wall time.
@@ -228,7 +226,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                         points.into_par_iter().map(|point| reach.light_can_arrive(&receiver, point)).collect();
                     this.gather_rays += (FAN * surroundings.len()) as u64;
                     this.progress.advance(1);
-                    let photons = Accumulated(vec![Estimate::DARK; receiver.len()]);
+                    let photons = vec![Estimate::DARK; receiver.len()];
                     Place { receiver, on_surface, has_value, surroundings, direct: None, photons }
                 })
                 .collect();
@@ -272,7 +270,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
         let passes = f64::from(self.settings.passes);
         for place in places {
-            for estimate in &mut place.photons.0 {
+            for estimate in &mut place.photons {
                 estimate.value = estimate.value.map(|value| value / passes);
                 estimate.variance /= passes * passes;
             }
@@ -329,7 +327,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         let Place { receiver, on_surface, has_value, surroundings, photons, .. } = place;
         let Searches { sharp: near, smooth: wide } = self.searches;
         let fresh = || ((sharp.scratch(), Vec::new()), (smooth.scratch(), Vec::new()), surfaces.scratch());
-        photons.0.par_iter_mut().enumerate().with_min_len(64).for_each_init(fresh, |scratch, (point, sum)| {
+        photons.par_iter_mut().enumerate().with_min_len(64).for_each_init(fresh, |scratch, (point, sum)| {
             if !has_value[point] {
                 return;
             }
@@ -372,7 +370,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                     plane.name
                 ));
             }
-            let unmet = |point: &usize| place.has_value[*point] && place.photons.0[*point] == Estimate::DARK;
+            let unmet = |point: &usize| place.has_value[*point] && place.photons[*point] == Estimate::DARK;
             let unmet = (0..plane.len()).filter(unmet).count();
             if self.plan.photons && unmet > 0 {
                 self.warnings.push(format!(
@@ -402,7 +400,14 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
     }
 
-    fn results(self, places: &[Place<C>], sensors: &[Vec<usize>], flux: &Tally<C>, started: Instant) -> Results {
+    fn results(
+        self,
+        places: &[Place<C>],
+        sensors: &[Vec<usize>],
+        flux: &Tally<C>,
+        bvh_memory: u64,
+        started: Instant,
+    ) -> Results {
         let scene = self.scene;
         let maps = scene.planes.iter().zip(places).map(|(plane, place)| self.map(plane, place)).collect();
         let mut readings: Vec<(usize, SensorReading)> = places[scene.planes.len()..]
@@ -440,6 +445,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 cut_off: lumens(flux.cut_off),
             },
             peak_memory: peak_memory(),
+            bvh_memory,
             triangles: scene.mesh.triangles.len(),
             luminaires: scene.luminaires.len(),
             warnings: self.warnings.clone(),
@@ -498,7 +504,7 @@ impl<const C: usize> Cell<C> {
         if !place.has_value[point] {
             return Self { value: [0.0; C], direct: [0.0; C], variance: 0.0 };
         }
-        let photons = place.photons.0[point];
+        let photons = place.photons[point];
         let (direct, spread) =
             place.direct.as_ref().map_or(([0.0; C], 0.0), |light| (light.value[point], light.variance[point]));
         let value = std::array::from_fn(|c| photons.value[c] + direct[c]);

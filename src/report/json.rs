@@ -7,7 +7,7 @@
 //! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
 //!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
-//! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
+//! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown), `bvh_memory_bytes`;
 //! - `warnings`: sentences.
 
 use serde::Serialize;
@@ -46,6 +46,7 @@ struct Summary<'a> {
     stages: Vec<Stage>,
     total_s: f64,
     peak_memory_bytes: Option<u64>,
+    bvh_memory_bytes: u64,
     warnings: &'a [String],
 }
 
@@ -122,6 +123,7 @@ impl<'a> Summary<'a> {
             stages: stages(run),
             total_s: run.total_seconds,
             peak_memory_bytes: (run.peak_memory > 0).then_some(run.peak_memory),
+            bvh_memory_bytes: run.bvh_memory,
             warnings: &run.warnings,
         }
     }

@@ -122,7 +122,9 @@ pub struct Run {
     pub flux: FluxBalance,
     /// Peak memory of the process, bytes; 0 where the system doesn't say.
     pub peak_memory: u64,
-    /// Numbers of triangles and luminaires.
+    /// The most that Embree held of it, bytes.
+    pub bvh_memory: u64,
+    /// Number of triangles.
     pub triangles: usize,
     /// Number of luminaires.
     pub luminaires: usize,
