@@ -145,6 +145,8 @@ struct Rendering<'a, const C: usize> {
     plan: &'a Plan,
     settings: &'a Settings,
     progress: &'a dyn Progress,
+    /// The scene's, m: walked once, since it takes all vertices.
+    diagonal: f64,
     searches: Searches,
     seconds: Vec<(&'static str, f64)>,
     gather_rays: u64,
@@ -166,6 +168,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             plan,
             settings,
             progress,
+            diagonal,
             searches: Searches::new(plan.method, settings, diagonal),
             seconds: Vec::new(),
             gather_rays: 0,
@@ -199,7 +202,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Every receiver: the planes in the scene's order, then the sensors' with the sensors each serves.
     fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
         let scene = self.scene;
-        let tolerance = (2e-4 * scene.diagonal()).min(2e-3) as f32;
+        let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
         let radius = self.searches.smooth.radius;
         let steps = (scene.planes.len() + 1) as u64;
         self.timed("look around", steps, |this| {
@@ -382,12 +385,12 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 ));
             }
         }
-        let (step, detail) = (f64::from(RELATIVE_OFFSET) * self.scene.half_extent(), self.scene.smallest_detail());
+        let (reach, detail) = (self.scene.half_extent(), self.scene.smallest_detail());
+        let step = f64::from(RELATIVE_OFFSET) * reach;
         if step > 0.1 * detail {
             self.warnings.push(format!(
-                "the scene reaches {:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less than a \
-                 tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?",
-                self.scene.half_extent(),
+                "the scene reaches {reach:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less than a \
+                 tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?"
             ));
         }
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);

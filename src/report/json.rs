@@ -7,7 +7,8 @@
 //! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
 //!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
-//! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown), `bvh_memory_bytes`;
+//! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
+//!   `bvh_memory_bytes`;
 //! - `warnings`: sentences.
 
 use serde::Serialize;

@@ -1,11 +1,10 @@
 //! The false-colour picture of a map: what a person looks at first.
 //!
 //! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a hundredth of
-//! the cells where those few are far brighter), isolux lines stand at the legend's
-//! ticks and carry their value in lx, luminaires are outlined, cells where no light can arrive are hatched. The plane is
-//! seen from the measured side, `along` to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of
-//! few cells show them as squares; others are interpolated between the cells' centres, or averaged where there are more
-//! cells than pixels.
+//! the cells where those few are far brighter), isolux lines stand at the legend's ticks and carry their value in lx,
+//! luminaires are outlined, cells where no light can arrive are hatched. The plane is seen from the measured side, `along`
+//! to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of few cells show them as squares; others
+//! are interpolated between the cells' centres, or averaged where there are more cells than pixels.
 
 mod canvas;
 mod grid;
