@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use luxmap::embree::RayCaster;
-use luxmap::gather::receiver::{CrossingRecorder, LandingRecorder};
+use luxmap::gather::receiver::{CrossingRecorder, Keep, LandingRecorder};
 use luxmap::photon::Flux;
 use luxmap::photon::random::Seed;
 use luxmap::photon::trace::{Flight, Recorder, Tracer};
@@ -80,7 +80,7 @@ fn trace(scene: &Scene, table: &mut Vec<String>) {
     one.install(|| tracer.trace(Seed(1), 0, || Rays(&rays), |_| {}));
     let rays = rays.into_inner().expect("no panic");
 
-    let store_nothing = || CrossingRecorder::<1>::new(&[], true);
+    let store_nothing = || CrossingRecorder::<1>::new(&[], Keep::All);
     let follow = || drop(black_box(tracer.trace(Seed(1), 0, store_nothing, |_| {})));
     let [bare, single, all] = medians([
         &mut || {

@@ -1,4 +1,4 @@
-//! Rays against triangles, by Embree: the only module with `unsafe` in it.
+//! Rays against triangles, by Embree.
 //!
 //! [`RayCaster::build`] checks a mesh, hands it to Embree and commits it. What comes back answers queries and nothing
 //! else, so what Embree forbids (a query before the commit, a change after it) can't be written.

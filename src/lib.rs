@@ -6,12 +6,16 @@
 //! 2. A [`scene::plan`] says what this scene needs and what can be left out.
 //! 3. The [`luminaire`]s emit photons, shared among them by their flux.
 //! 4. [`photon`]s fly through the mesh, which [`embree`] holds, from bounce to bounce until roulette ends them.
-//! 5. Those that cross a measuring plane are kept in a [`photon_map`].
-//! 6. Every point of a plane [`gather`]s: direct light by shadow rays, bounced light from the photons nearest to it.
+//! 5. Where they land, or cross a measuring plane, is kept: on patches of surfaces, in a [`photon_map`].
+//! 6. Every point of a plane [`gather`]s: direct light cut exactly, bounced light by rays to the patches or from the
+//!    photons nearest to it.
 //! 7. [`render`](mod@render) runs these steps in order and keeps the books on time, flux and error.
 //! 8. A [`report`] writes EXR, PNG, CSV, JSON and HTML; the [`cli`] is the command around it all.
+//!
+//! [`convergence`] asks how right the result is for the time it takes, [`trees`] which kd-tree is the quickest.
 
 pub mod cli;
+pub mod convergence;
 pub mod embree;
 pub mod error;
 pub mod gather;
@@ -21,4 +25,5 @@ pub mod photon_map;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod trees;
 pub mod units;

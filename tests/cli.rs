@@ -50,7 +50,7 @@ impl Folder {
 
     /// Renders the scene with few photons into the folder `out`.
     fn render(&self, more: &[&str]) -> Output {
-        self.luxmap(&[&["render", "scene.toml", "-o", "out", "--photons", "3000"], more].concat())
+        self.luxmap(&[&["render", "scene.toml", "-o", "out", "--photons", "3000", "--passes", "1"], more].concat())
     }
 
     /// Names in the folder `out`, sorted.
@@ -209,8 +209,8 @@ fn options_out_of_range_are_refused() {
 #[test]
 fn the_scene_file_chooses_like_the_command_line() {
     let folder = Folder::new("defaults");
-    for tree in ["kiddo", "paper", "brute"] {
-        folder.write("scene.toml", &format!("{}[render]\nphotons = 500\ntree = \"{tree}\"\n", sound()));
+    for tree in ["kd", "kiddo", "paper", "brute"] {
+        folder.write("scene.toml", &format!("{}[render]\nphotons = 500\npasses = 1\ntree = \"{tree}\"\n", sound()));
         let output = folder.luxmap(&["render", "scene.toml", "-o", "out", "--json"]);
         done(&output);
         let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -311,12 +311,12 @@ fn plan_tells_what_a_scene_needs() {
     };
     let grey = plan(&sound());
     says(&grey, "left out three channels", "no material and no luminaire is coloured: one does");
-    says(&grey, "used     photons", "such as off wall");
+    says(&grey, "used     passes", "such as off wall");
     let coloured = plan(&sound().replace("= 0.5", "= [0.5, 0.1, 0.1]"));
     says(&coloured, "used     three channels", "material wall is coloured");
     let black = plan(&sound().replace("reflectance = 0.5", "reflectance = 0"));
-    says(&black, "left out photons", "every surface is black: light bounces off nothing");
+    says(&black, "left out passes", "every surface is black: light bounces off nothing");
     let free = plan(&format!("{LAMP}{PLANES}"));
-    says(&free, "left out photons", "light bounces off nothing");
+    says(&free, "left out passes", "light bounces off nothing");
     assert_eq!(folder.results(), [""; 0], "plan writes nothing");
 }

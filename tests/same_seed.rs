@@ -29,6 +29,9 @@ fn one_two_and_seven_threads_give_the_same_bits() {
         ("seed-office.toml", Method::Seed),
         ("caustic.toml", Method::Photons),
         ("box.toml", Method::Split),
+        ("seed-office.toml", Method::Gather),
+        ("caustic.toml", Method::Gather),
+        ("box.toml", Method::Path),
     ] {
         let scene = shipped(scene);
         let on = |threads| {

@@ -384,7 +384,7 @@ fn render_options_that_can_t_be() {
     );
     assert_eq!(
         render_says("tree = \"bvh\""),
-        "scene.toml:10: found tree = \"bvh\" in [render], expected one of \"kiddo\", \"paper\", \"brute\""
+        "scene.toml:10: found tree = \"bvh\" in [render], expected one of \"kd\", \"kiddo\", \"paper\", \"brute\""
     );
 }
 

@@ -1,8 +1,10 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
+mod converge;
 mod plan;
 mod progress;
 mod render;
+mod trees;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -23,6 +25,8 @@ struct Arguments {
 enum Command {
     Render(render::Arguments),
     Plan(plan::Arguments),
+    Converge(converge::Arguments),
+    Trees(trees::Arguments),
 }
 
 /// What a command that ran found out.
@@ -42,6 +46,8 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
+        Command::Trees(arguments) => trees::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -21,11 +21,12 @@ pub(super) struct Arguments {
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
     output: Option<PathBuf>,
-    /// split: direct light by shadow rays, photons for what has bounced; photons: all by photons; seed: the paper's
-    /// estimator, biases and all [default: split].
+    /// gather: direct light by shadow rays, what has bounced by rays to surfaces whose light the photons know; split: the
+    /// same, what has bounced by the photons' density; path: no photons, paths from the points; photons: all by photons;
+    /// seed: the paper's estimator, biases and all [default: gather].
     #[arg(long, value_name = "METHOD", value_parser = method_parser(), hide_possible_values = true)]
     method: Option<String>,
-    /// Photons a pass; more is less noisy and slower [default: 1000000; seed: 30000].
+    /// Photons a pass [default: gather 200000, with mirrors or glass 1000000; split and photons 1000000; seed 30000].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     photons: Option<u64>,
     /// k, nearest photons of an estimate; more is smoother and less sharp [default: grows with the photons; seed: 100].
@@ -34,10 +35,24 @@ pub(super) struct Arguments {
     /// Largest search radius, m [default: a tenth of the scene's diagonal].
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     radius: Option<f64>,
-    /// Independent photon maps, averaged [default: 1].
+    /// Rays from each grid point a pass; methods gather and path [default: 8].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    rays: Option<u32>,
+    /// Whether neighbouring grid points help each other to what rays found, on or off; off, path has no bias at all
+    /// [default: on for gather, off for path].
+    #[arg(long, value_name = "ON", value_parser = ["on", "off"], hide_possible_values = true)]
+    smooth: Option<String>,
+    /// Stop when the standard error of every map is at most this, % of its mean [default: 1, unless --passes or --time
+    /// is given; seed: one pass].
+    #[arg(long, value_name = "PCT", value_parser = percent, allow_negative_numbers = true)]
+    error: Option<f64>,
+    /// Stop before this time is over, s (the first pass is always done).
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// Stop after so many passes: independent photons and rays.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     passes: Option<u32>,
-    /// Tree of the photon map: kiddo, paper (the paper's own) or brute (none) [default: kiddo].
+    /// Tree of the photon map: kd (luxmap's own), kiddo, paper (the paper's own) or brute (none) [default: kd].
     #[arg(long, value_name = "TREE", value_parser = PossibleValuesParser::new(Tree::ALL.map(|(name, _)| name)),
           hide_possible_values = true)]
     tree: Option<String>,
@@ -68,19 +83,31 @@ pub(super) fn method_parser() -> PossibleValuesParser {
     PossibleValuesParser::new(Method::ALL.map(|(name, _)| name))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number of metres".to_owned())?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("expected more than 0 m".to_owned()) }
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    more_than_nothing(text, "metres", "m")
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    more_than_nothing(text, "percent", "%")
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    more_than_nothing(text, "seconds", "s")
+}
+
+fn more_than_nothing(text: &str, units: &str, unit: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("expected a number of {units}"))?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("expected more than 0 {unit}")) }
 }
 
 /// The value named, of a list whose names clap or the scene reader has checked.
-fn named<T: Copy, const N: usize>(name: &str, all: [(&'static str, T); N]) -> Option<T> {
+pub(super) fn named<T: Copy, const N: usize>(name: &str, all: [(&'static str, T); N]) -> Option<T> {
     all.into_iter().find(|(known, _)| *known == name).map(|(_, value)| value)
 }
 
 /// The method asked for on the command line, else by the scene file, else `split`.
 pub(super) fn parse_method(given: Option<&String>, scene: &Scene) -> Method {
-    given.or(scene.render.method.as_ref()).and_then(|name| named(name, Method::ALL)).unwrap_or(Method::Split)
+    given.or(scene.render.method.as_ref()).and_then(|name| named(name, Method::ALL)).unwrap_or(Method::Gather)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
@@ -89,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let load_seconds = started.elapsed().as_secs_f64();
     choose_planes(&mut scene, &arguments.planes)?;
     let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
-    let settings = settings(arguments, &scene, plan.method);
+    let settings = settings(arguments, &scene, &plan);
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
     report::prepare(&folder)?;
 
@@ -115,7 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// Keeps the planes asked for; all where none is named.
-fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
+pub(super) fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
     if names.is_empty() {
         return Ok(());
     }
@@ -128,15 +155,21 @@ fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
 }
 
 /// Command line over scene file over defaults.
-fn settings(arguments: &Arguments, scene: &Scene, method: Method) -> Settings {
+fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
     let file = &scene.render;
-    let defaults = Settings::of(method);
+    let defaults = Settings::for_plan(plan);
+    let passes = arguments.passes.or(file.passes).or((plan.method == Method::Seed).then_some(1));
+    let unlimited = passes.is_none() && arguments.time.is_none();
     let tree = arguments.tree.as_ref().or(file.tree.as_ref()).and_then(|name| named(name, Tree::ALL));
     Settings {
         photons: arguments.photons.or(file.photons).unwrap_or(defaults.photons),
         nearest: arguments.nearest.map(|k| k as usize).or(file.nearest),
         radius: arguments.radius.or(file.radius),
-        passes: arguments.passes.or(file.passes).unwrap_or(defaults.passes),
+        rays: arguments.rays.unwrap_or(defaults.rays),
+        smooth: arguments.smooth.as_ref().map_or(defaults.smooth, |switch| switch == "on"),
+        passes,
+        error: arguments.error.or(unlimited.then_some(1.0)),
+        time: arguments.time,
         tree: tree.unwrap_or(defaults.tree),
         seed: arguments.seed.or(file.seed).unwrap_or(defaults.seed),
     }
@@ -147,7 +180,7 @@ fn layers(names: &[String]) -> ExtraLayers {
     ExtraLayers { direct: asked("direct"), indirect: asked("indirect"), standard_error: asked("stderr") }
 }
 
-fn stem(scene: &Path) -> PathBuf {
+pub(super) fn stem(scene: &Path) -> PathBuf {
     scene.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from)
 }
 

@@ -2,11 +2,9 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec2;
-
-use super::surroundings::{Moments, Surroundings, View, kernel};
-use crate::photon::flux::{accumulate, photometric};
-use crate::photon_map::{NearestPhotons, PhotonMap};
+use super::surroundings::{Surroundings, View, kernel};
+use crate::photon::flux::photometric;
+use crate::photon_map::{Block, BlockVisitor, LANES, NearestPhotons, PhotonMap};
 
 /// An estimate and its variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +18,12 @@ pub struct Estimate<const C: usize> {
 impl<const C: usize> Estimate<C> {
     /// No light.
     pub const DARK: Self = Self { value: [0.0; C], variance: 0.0 };
+
+    /// Adds an independent estimate.
+    pub fn add(&mut self, other: &Self) {
+        self.value.iter_mut().zip(other.value).for_each(|(sum, value)| *sum += value);
+        self.variance += other.variance;
+    }
 }
 
 /// Photons of the first query, at least: so many make R₀ known to 1/√31 = 18 %.
@@ -71,84 +75,85 @@ pub fn local_linear<T: NearestPhotons, const C: usize>(
     at: [f32; 2],
     search: Search,
     surroundings: &Surroundings,
-    scratch: &mut (T::Scratch, Vec<u32>),
+    scratch: &mut T::Scratch,
 ) -> Estimate<C> {
-    let (query, found) = scratch;
     let point = [at[0], at[1], 0.0];
     let probe = (search.nearest / 16).max(PROBE);
-    let (mut count, mut rim, mut farthest) = (0, None, 0.0_f32);
-    map.tree().visit_nearest(point, probe, search.radius, query, |photon, distance_squared| {
-        count += 1;
-        if distance_squared >= farthest {
-            (rim, farthest) = (Some(photon as u32), distance_squared);
-        }
-    });
-    let mut radius = search.radius;
-    if count == probe {
+    let found = map.sum_nearest(point, probe, search.radius, scratch);
+    let (mut radius, mut rim) = (search.radius, None);
+    if found.count == probe {
         let wider = (search.nearest as f64 / probe as f64).sqrt().max(1.0) as f32;
-        radius = (farthest.sqrt() * wider).clamp(search.floor, search.radius);
-    } else {
-        rim = None; // the radius was not any photon's choice
+        radius = (found.radius_squared.sqrt() * wider).clamp(search.floor, search.radius);
+        rim = (radius > search.floor).then_some(found.radius_squared);
     }
-    found.clear();
-    map.tree().visit_within(point, radius, query, |photon, _| found.push(photon as u32));
-    if radius > search.floor {
-        found.retain(|&photon| Some(photon) != rim);
-    }
-    if found.is_empty() {
+    if found.count == 0 {
         return Estimate::DARK;
     }
     let view = surroundings.view(radius);
-    let linear = sum(map, at, radius, &view, found, view.moments().first_row_of_inverse());
-    if photometric(linear.value) >= 0.0 {
-        return linear;
-    }
-    sum(map, at, radius, &view, found, view.moments().constant_row())
+    let moments = view.moments();
+    let mut sum = |row| {
+        let mut sum = Sum::new(&view, row, radius, rim);
+        map.visit_blocks(point, radius, scratch, &mut sum);
+        sum.estimate()
+    };
+    let linear = sum(moments.first_row_of_inverse());
+    if photometric(linear.value) >= 0.0 { linear } else { sum(moments.constant_row()) }
 }
 
-/// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen.
-fn sum<T: NearestPhotons, const C: usize>(
-    map: &PhotonMap<T, C>,
-    at: [f32; 2],
-    radius: f32,
-    view: &View,
-    found: &[u32],
+/// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.
+struct Sum<'a, const C: usize> {
+    view: &'a View,
     row: [f64; 3],
-) -> Estimate<C> {
-    let mut estimate = Estimate::DARK;
-    let per_radius = 1.0 / radius;
-    let per_area = f64::from(per_radius * per_radius);
-    for &photon in found {
-        let [x, y, _] = map.position(photon as usize);
-        let near = Vec2::new(x - at[0], y - at[1]) * per_radius;
-        if !view.sees(near) {
-            continue;
-        }
-        let plane = row[0] + row[1] * f64::from(near.x) + row[2] * f64::from(near.y);
-        let weight = f64::from(kernel(near.length_squared())) * plane * per_area;
-        let flux = map.flux(photon as usize);
-        accumulate(&mut estimate.value, flux, weight);
-        estimate.variance += (photometric(flux.0.map(f64::from)) * weight).powi(2);
-    }
-    estimate
+    rim: Option<f32>,
+    per_radius: f32,
+    per_area: f64,
+    values: [[f64; LANES]; C],
+    squares: [f64; LANES],
 }
 
-impl Moments {
-    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a plane,
-    /// that of the constant fit.
-    fn first_row_of_inverse(&self) -> [f64; 3] {
-        let [mx, my] = self.first;
-        let [mxx, mxy, myy] = self.second;
-        let minor = mxx * myy - mxy * mxy;
-        let det = self.one * minor - mx * (mx * myy - mxy * my) + my * (mx * mxy - mxx * my);
-        if det <= 1e-3 * self.one * minor || minor <= 1e-6 * (mxx + myy).powi(2) {
-            return self.constant_row();
-        }
-        [minor / det, (mxy * my - mx * myy) / det, (mx * mxy - mxx * my) / det]
+impl<'a, const C: usize> Sum<'a, C> {
+    fn new(view: &'a View, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
+        let per_radius = 1.0 / radius;
+        let per_area = f64::from(per_radius * per_radius);
+        Self { view, row, rim, per_radius, per_area, values: [[0.0; LANES]; C], squares: [0.0; LANES] }
     }
 
-    /// The constant fit: 1/∫K.
-    fn constant_row(&self) -> [f64; 3] {
-        [if self.one > 1e-9 { 1.0 / self.one } else { 0.0 }, 0.0, 0.0]
+    fn estimate(&self) -> Estimate<C> {
+        Estimate { value: self.values.map(|lanes| lanes.iter().sum()), variance: self.squares.iter().sum() }
+    }
+}
+
+impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
+    #[inline(always)]
+    fn visit(&mut self, block: &Block<'_, C>) {
+        let (mut x, mut y, mut weight) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            (x[lane], y[lane]) = (block.offset[0][lane] * self.per_radius, block.offset[1][lane] * self.per_radius);
+        }
+        let seen = self.view.sees(&x, &y);
+        for lane in 0..LANES {
+            let plane = self.row[0] + self.row[1] * f64::from(x[lane]) + self.row[2] * f64::from(y[lane]);
+            let near = x[lane] * x[lane] + y[lane] * y[lane];
+            let counts = seen[lane] & (near < 1.0);
+            weight[lane] = if counts { f64::from(kernel(near)) * plane * self.per_area } else { 0.0 };
+        }
+        if let Some(rim) = self.rim
+            && let Some(lane) = block.distance_squared.iter().position(|&distance| distance == rim)
+        {
+            (weight[lane], self.rim) = (0.0, None);
+        }
+        let mut photometric_flux = [0.0; LANES];
+        for lane in 0..LANES {
+            let mut flux = [0.0; C];
+            for ((flux, lanes), sum) in flux.iter_mut().zip(block.flux).zip(&mut self.values) {
+                *flux = f64::from(lanes[lane]);
+                sum[lane] += *flux * weight[lane];
+            }
+            photometric_flux[lane] = photometric(flux);
+        }
+        for lane in 0..LANES {
+            let part = photometric_flux[lane] * weight[lane];
+            self.squares[lane] += part * part;
+        }
     }
 }

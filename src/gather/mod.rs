@@ -1,9 +1,15 @@
 //! From photons to lux: every point of every measuring plane, one query each.
 
+pub mod bandwidth;
 pub mod density;
 pub mod direct;
+pub mod gates;
+pub mod lamps;
+pub mod patches;
 pub mod reach;
 pub mod receiver;
+pub mod sight;
+pub mod smooth;
 pub mod surroundings;
 
 pub use receiver::Receiver;

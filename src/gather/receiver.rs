@@ -218,18 +218,28 @@ impl<const C: usize> Default for Crossings<C> {
     }
 }
 
+/// Which photons are kept, by what they have met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// All of them.
+    All,
+    /// All but direct light.
+    Bounced,
+    /// Those that came by mirrors and glass only.
+    Caustics,
+}
+
 /// Keeps the photons that cross the receivers, and none else.
 pub struct CrossingRecorder<'a, const C: usize> {
     receivers: &'a [&'a Receiver],
-    /// Whether direct light is counted too, or only what has bounced.
-    with_direct: bool,
+    keep: Keep,
     crossings: Vec<Crossings<C>>,
 }
 
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
-    pub fn new(receivers: &'a [&'a Receiver], with_direct: bool) -> Self {
-        Self { receivers, with_direct, crossings: vec![Crossings::default(); receivers.len()] }
+    pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
+        Self { receivers, keep, crossings: vec![Crossings::default(); receivers.len()] }
     }
 
     /// One record out of many, in order.
@@ -249,7 +259,12 @@ impl<'a, const C: usize> CrossingRecorder<'a, C> {
 impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
     #[inline]
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
-        if flight.history == History::Direct && !self.with_direct {
+        let kept = match self.keep {
+            Keep::All => true,
+            Keep::Bounced => flight.history != History::Direct,
+            Keep::Caustics => flight.history == History::Specular,
+        };
+        if !kept {
             return;
         }
         for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
@@ -288,7 +303,10 @@ impl<const C: usize> Default for LandingRecorder<C> {
 impl<const C: usize> Recorder<C> for LandingRecorder<C> {
     #[inline]
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
-        if let (Some(hit), true) = (flight.hit, flight.lands) {
+        // Embree's hits are finite; trees rely on it. (Crossings lie within the receiver's bounds.)
+        if let (Some(hit), true) = (flight.hit, flight.lands)
+            && hit.position.is_finite()
+        {
             self.0.push(hit.position.to_array(), flux);
         }
     }

@@ -10,6 +10,7 @@ use glam::{DVec2, Vec2};
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
+use crate::photon_map::LANES;
 
 /// Rays of the fan. They go to equally spaced points on a square about the eye, so that the sector of a photon is found
 /// by one division.
@@ -58,6 +59,24 @@ impl Moments {
         (0..2).for_each(|i| self.first[i] += other.first[i]);
         (0..3).for_each(|i| self.second[i] += other.second[i]);
     }
+
+    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a plane,
+    /// that of the constant fit.
+    pub(super) fn first_row_of_inverse(&self) -> [f64; 3] {
+        let [mx, my] = self.first;
+        let [mxx, mxy, myy] = self.second;
+        let minor = mxx * myy - mxy * mxy;
+        let det = self.one * minor - mx * (mx * myy - mxy * my) + my * (mx * mxy - mxx * my);
+        if det <= 1e-3 * self.one * minor || minor <= 1e-6 * (mxx + myy).powi(2) {
+            return self.constant_row();
+        }
+        [minor / det, (mxy * my - mx * myy) / det, (mx * mxy - mxx * my) / det]
+    }
+
+    /// The constant fit: 1/∫K.
+    pub(super) fn constant_row(&self) -> [f64; 3] {
+        [if self.one > 1e-9 { 1.0 / self.one } else { 0.0 }, 0.0, 0.0]
+    }
 }
 
 /// The Epanechnikov kernel 1 − r², for squared distance r² in units of the search radius.
@@ -104,14 +123,14 @@ fn ray(index: usize) -> DVec2 {
 }
 
 /// The sector of the fan that holds `offset`.
-#[inline]
+#[inline(always)]
 fn sector_of(offset: Vec2) -> usize {
-    let (side, t) = if offset.x.abs() >= offset.y.abs() {
-        (if offset.x > 0.0 { 0 } else { 2 }, offset.y / offset.x)
-    } else {
-        (if offset.y > 0.0 { 1 } else { 3 }, -offset.x / offset.y)
-    };
-    SIDE * side + (((t + 1.0) * (SIDE as f32 / 2.0)) as usize).min(SIDE - 1)
+    // Without branches: vectors take both sides.
+    let steep = offset.x.abs() < offset.y.abs();
+    let (along, aside) = if steep { (offset.y, -offset.x) } else { (offset.x, offset.y) };
+    let side = usize::from(steep) + 2 * usize::from(along <= 0.0);
+    let step = ((aside / along + 1.0) * (SIDE as f32 / 2.0)) as i32;
+    SIDE * side + step.clamp(0, SIDE as i32 - 1) as usize
 }
 
 impl Surroundings {
@@ -161,13 +180,18 @@ const OPEN_END: End = (Vec2::ZERO, f32::INFINITY);
 pub struct View(Option<Box<[End; FAN]>>);
 
 impl View {
-    /// Whether `offset` from the point (plane coordinates, in search radii) is seen.
-    #[inline]
-    pub fn sees(&self, offset: Vec2) -> bool {
-        self.0.as_ref().is_none_or(|ends| {
-            let (normal, limit) = ends[sector_of(offset)];
-            normal.dot(offset) <= limit
-        })
+    /// Which of some offsets from the point (plane coordinates, in search radii) are seen.
+    #[inline(always)]
+    pub fn sees(&self, x: &[f32; LANES], y: &[f32; LANES]) -> [bool; LANES] {
+        let mut seen = [true; LANES];
+        if let Some(ends) = &self.0 {
+            for lane in 0..LANES {
+                let offset = Vec2::new(x[lane], y[lane]);
+                let (normal, limit) = ends[sector_of(offset) % FAN];
+                seen[lane] = normal.dot(offset) <= limit;
+            }
+        }
+        seen
     }
 
     /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose error

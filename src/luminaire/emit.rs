@@ -139,9 +139,15 @@ impl Front {
     /// `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m), its end: off
     /// the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is zero.
     #[inline]
-    pub fn point_off(&self, choice: f32, [u, v]: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
+    pub fn point_off(&self, choice: f32, at: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
         let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
-        let Piece { origin, sides: [a, b], normal, largest_coordinate } = self.pieces[which.min(self.pieces.len() - 1)];
+        self.point_of(which.min(self.pieces.len() - 1), at, eye, caster)
+    }
+
+    /// The same for a given piece.
+    #[inline]
+    pub fn point_of(&self, piece: usize, [u, v]: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
+        let Piece { origin, sides: [a, b], normal, largest_coordinate } = self.pieces[piece];
         let [s, t] = match self.shape {
             Shape::Point => [0.0; 2],
             Shape::Square => [u, v],

@@ -23,6 +23,8 @@ pub struct Luminaire {
     pub opening: Opening,
     /// How it spreads.
     pub distribution: Distribution,
+    /// Triangles of the scene's mesh that stand for the opening; none for a point.
+    pub body: Vec<u32>,
 }
 
 /// The luminous opening, local coordinates, m. Light leaves the front only.

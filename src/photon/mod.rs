@@ -2,6 +2,7 @@
 
 pub mod flux;
 pub mod random;
+pub(crate) mod surface;
 pub mod trace;
 
 pub use flux::Flux;

@@ -61,8 +61,13 @@ impl Stream {
     /// Unit vector about the unit `normal` with density cos θ/π: a Lambertian direction, never below the horizon.
     #[inline]
     pub fn cosine_about(&mut self, normal: Vec3) -> Vec3 {
+        Self::cosine_at(normal, self.uniform_pair())
+    }
+
+    /// The direction of [`cosine_about`](Self::cosine_about) that belongs to a point of the unit square.
+    #[inline]
+    pub fn cosine_at(normal: Vec3, [a, b]: [f32; 2]) -> Vec3 {
         let (x, y) = normal.any_orthonormal_pair();
-        let [a, b] = self.uniform_pair();
         let [cos, sin] = on_circle(b);
         let radius = a.sqrt();
         x * (radius * cos) + y * (radius * sin) + normal * (1.0 - a).sqrt()

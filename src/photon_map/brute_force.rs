@@ -16,6 +16,10 @@ impl NearestPhotons for BruteForce {
 
     fn scratch(&self) -> Self::Scratch {}
 
+    fn memory(&self) -> usize {
+        size_of_val(&*self.positions)
+    }
+
     fn visit_nearest(&self, at: [f32; 3], k: usize, radius: f32, (): &mut (), mut visit: impl FnMut(usize, f32)) {
         let mut found = Vec::new();
         self.visit_within(at, radius, &mut (), |photon, distance| found.push((photon, distance)));

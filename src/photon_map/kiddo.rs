@@ -1,16 +1,21 @@
 //! The library tree: kiddo's immutable kd-tree. (Its mutable one refuses photons that share a coordinate, as all the
 //! photons of a floor do.)
+//!
+//! Called as it is fastest here: leaves of 32 in one flat array (a tenth to a fifth sooner than in its arenas, leaves of 64
+//! later), scratch memory reused, lists unsorted. Its `simd` feature made no difference beyond the noise.
 
 use std::num::NonZero;
 
-use ::kiddo::{Eytzinger, ImmutableKdTree, QueryScratch, SquaredEuclidean};
+use ::kiddo::{Eytzinger, FlatVec, KdTree, QueryScratch, SquaredEuclidean};
 
 use super::NearestPhotons;
 
-/// kiddo's `ImmutableKdTree` with its scratch memory reused.
+type Immutable = KdTree<f32, u32, Eytzinger, FlatVec<f32, u32, 3, 32>, 3, 32>;
+
+/// kiddo's immutable tree with its scratch memory reused.
 pub struct Kiddo {
     /// `None` for the empty map.
-    tree: Option<ImmutableKdTree<f32, 3>>,
+    tree: Option<Immutable>,
 }
 
 impl NearestPhotons for Kiddo {
@@ -18,12 +23,17 @@ impl NearestPhotons for Kiddo {
 
     fn build(positions: &[[f32; 3]]) -> Self {
         let tree = (!positions.is_empty())
-            .then(|| ImmutableKdTree::new_from_slice(positions).expect("finite positions make an immutable tree"));
+            .then(|| Immutable::new_from_slice(positions).expect("finite positions make an immutable tree"));
         Self { tree }
     }
 
     fn scratch(&self) -> Self::Scratch {
         QueryScratch::new()
+    }
+
+    /// As far as kiddo tells: coordinates and indices, and an extent and a split for each leaf.
+    fn memory(&self) -> usize {
+        self.tree.as_ref().map_or(0, |tree| 16 * tree.size() + 12 * tree.leaf_count())
     }
 
     fn visit_nearest(

@@ -71,6 +71,10 @@ impl NearestPhotons for Paper {
         List::default()
     }
 
+    fn memory(&self) -> usize {
+        size_of_val(&*self.nodes)
+    }
+
     fn visit_nearest(
         &self,
         at: [f32; 3],

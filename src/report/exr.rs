@@ -42,6 +42,8 @@ pub struct IlluminanceImage {
     pub illuminance: Vec<f64>,
     /// False where no light can arrive.
     pub has_value: Vec<bool>,
+    /// Standard error of each cell (layer `stderr.Y`), lx, 0 where there is none; `None` without that layer.
+    pub standard_error: Option<Vec<f64>>,
 }
 
 /// Writes a map as an EXR file.
@@ -69,7 +71,7 @@ pub fn read_illuminance(path: &Path) -> std::result::Result<(usize, usize, Vec<f
     Ok((columns, rows, illuminance))
 }
 
-/// Reads an illuminance image: channel `Y`, or `R G B` of linear Rec. 709, in lx. Cells where `A` is 0, or
+/// Reads an illuminance image: channel `Y`, or `R G B` of linear Rec. 709, in lx, and `stderr.Y` where there. Cells where `A` is 0, or
 /// E isn't finite (as some programs mark them), have no value. The first image row is the last of the cells.
 ///
 /// # Errors
@@ -103,7 +105,11 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
     let alpha = channel("A").unwrap_or_else(|| vec![1.0; columns * rows]);
     let has_value: Vec<_> = illuminance.iter().zip(&alpha).map(|(e, &a)| a != 0.0 && e.is_finite()).collect();
     let illuminance = illuminance.iter().zip(&has_value).map(|(&e, &known)| if known { e } else { 0.0 }).collect();
-    Ok(IlluminanceImage { cells: [columns, rows], illuminance, has_value })
+    let standard_error = channel("stderr.Y").map(|errors| {
+        let known = |(&error, &known): (&f64, &bool)| if known && error.is_finite() { error.max(0.0) } else { 0.0 };
+        errors.iter().zip(&has_value).map(known).collect()
+    });
+    Ok(IlluminanceImage { cells: [columns, rows], illuminance, has_value, standard_error })
 }
 
 /// All channels of a file, in the order of their names, which the format wants.

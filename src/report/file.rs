@@ -12,7 +12,8 @@ use crate::error::Error;
 pub(crate) type Writer = BufWriter<File>;
 
 /// Names that belong to other results, and those Windows keeps for devices.
-const RESERVED: [&str; 8] = ["sensors", "summary", "report", "con", "prn", "aux", "nul", "convergence"];
+const RESERVED: [&str; 10] =
+    ["sensors", "summary", "report", "con", "prn", "aux", "nul", "convergence", "trees", "paper"];
 
 /// Longest file name without its ending, characters.
 const LONGEST: usize = 60;

@@ -21,7 +21,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
         results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
     let parts = [
         format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
-        warnings(run),
+        warnings(&run.warnings),
         overview(results),
         planes,
         sensors(results),
@@ -29,23 +29,27 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
         times(run),
         computation(run),
     ];
+    document(&title, "", &parts.concat())
+}
+
+/// A whole page that needs nothing else; `title` and `main` are HTML, `style` is added to the looks of every page.
+pub(super) fn document(title: &str, style: &str, main: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>{title} · luxmap</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n\
+         <title>{title} · luxmap</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n{main}</main>\n\
          <footer>luxmap {}</footer>\n</body>\n</html>\n",
-        parts.concat(),
         env!("CARGO_PKG_VERSION"),
     )
 }
 
 /// What the user ought to know.
-fn warnings(run: &Run) -> String {
-    if run.warnings.is_empty() {
+pub(super) fn warnings(warnings: &[String]) -> String {
+    if warnings.is_empty() {
         return String::new();
     }
-    let items: String = run.warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
+    let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
     format!("<section class=\"warning\">\n<h2>Warnings</h2>\n<ul>\n{items}</ul>\n</section>\n")
 }
 
@@ -177,7 +181,8 @@ fn computation(run: &Run) -> String {
         ("Seed", run.seed.to_string()),
         ("Threads", run.threads.to_string()),
         ("Rays of photons", count(run.photon_rays)),
-        ("Shadow and in-plane rays", count(run.gather_rays)),
+        ("Rays from the points", count(run.gather_rays)),
+        ("Light of weak luminaires left out, at most", fine_percent(run.left_out[1])),
         ("Triangles", count(run.triangles as u64)),
         ("Luminaires", count(run.luminaires as u64)),
         ("Peak memory", memory),
@@ -213,12 +218,12 @@ fn explanation(method: &str) -> &'static str {
 }
 
 /// A headline and what belongs to it.
-fn section(headline: &str, content: &str) -> String {
+pub(super) fn section(headline: &str, content: &str) -> String {
     format!("<section>\n<h2>{headline}</h2>\n{content}</section>\n")
 }
 
 /// A table; cells are HTML.
-fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+pub(super) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
     let line = |tag: &str, cells: &[String]| {
         let cells: String = cells.iter().map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
         format!("<tr>{cells}</tr>\n")
@@ -235,7 +240,7 @@ fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> Stri
 }
 
 /// Text made harmless in HTML, also within quotes.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut html, character| {
         match character {
             '&' => html.push_str("&amp;"),

@@ -1,7 +1,8 @@
 //! The summary for programs: one JSON object, keys in a fixed order, each with its unit in its name.
 //!
 //! `luxmap`, `scene`, `scene_sha256`, `method`, `tree`, `seed`, `passes`, `nearest`, `radius_m`, `photons_emitted`,
-//! `photons_stored`, `photon_rays`, `gather_rays`, `threads`, `triangles`, `luminaires`, then
+//! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that weak
+//! luminaires may have brought), `threads`, `triangles`, `luminaires`, then
 //! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
 //!   where no cell has a value;
 //! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
@@ -38,6 +39,8 @@ struct Summary<'a> {
     photons_stored: u64,
     photon_rays: u64,
     gather_rays: u64,
+    left_out_mean: f64,
+    left_out_max: f64,
     threads: usize,
     triangles: usize,
     luminaires: usize,
@@ -115,6 +118,8 @@ impl<'a> Summary<'a> {
             photons_stored: run.photons_stored,
             photon_rays: run.photon_rays,
             gather_rays: run.gather_rays,
+            left_out_mean: run.left_out[0],
+            left_out_max: run.left_out[1],
             threads: run.threads,
             triangles: run.triangles,
             luminaires: run.luminaires,

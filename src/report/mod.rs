@@ -4,15 +4,19 @@
 //! Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program (EXR, CSV,
 //! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
 
+pub mod convergence;
 pub mod csv;
 pub mod exr;
 mod file;
 pub mod html;
 pub mod json;
-mod number;
+mod npy;
+pub(crate) mod number;
+mod plot;
 pub mod png;
 pub mod statistics;
 pub mod table;
+pub mod trees;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -56,7 +60,7 @@ pub struct IlluminanceMap {
     pub rgb: Option<Vec<[f64; 3]>>,
     /// The part that came straight from luminaires, lx; where the method knows it.
     pub direct: Option<Vec<f64>>,
-    /// Standard error of each cell (1 σ, statistical part), lx.
+    /// Standard error of each cell (1 σ), lx: noise, and the bias of smoothing where there is some.
     pub standard_error: Vec<f64>,
     /// False where no light can arrive, as inside a solid: such cells have no value.
     pub has_value: Vec<bool>,
@@ -77,7 +81,7 @@ pub struct SensorReading {
     pub illuminance: f64,
     /// E of each channel, lx; only in coloured scenes.
     pub rgb: Option<[f64; 3]>,
-    /// Standard error (1 σ, statistical part), lx.
+    /// Standard error (1 σ), lx.
     pub standard_error: f64,
     /// What the user there asks for, lx.
     pub target: Option<f64>,
@@ -92,9 +96,9 @@ pub struct Run {
     pub scene: String,
     /// SHA-256 of the scene and its files.
     pub scene_hash: String,
-    /// `split`, `photons` or `seed`.
+    /// `gather`, `split`, `path`, `photons` or `seed`.
     pub method: String,
-    /// The photon map's tree: `kiddo`, `paper` or `brute`.
+    /// The photon map's tree: `kd`, `kiddo`, `paper` or `brute`.
     pub tree: String,
     /// Photons emitted, all passes together.
     pub photons_emitted: u64,
@@ -114,10 +118,12 @@ pub struct Run {
     pub seconds: Vec<(&'static str, f64)>,
     /// Wall time of the whole run, s.
     pub total_seconds: f64,
-    /// Rays cast by the photons, shadow rays and in-plane rays apart.
+    /// Rays cast by the photons.
     pub photon_rays: u64,
-    /// Shadow rays and in-plane rays.
+    /// Rays cast from the measuring points: for what has bounced, for shadows, and in the plane.
     pub gather_rays: u64,
+    /// Share of a point's light that luminaires left out for their weakness may have brought at most: mean, and largest.
+    pub left_out: [f64; 2],
     /// Where the photons' flux went.
     pub flux: FluxBalance,
     /// Peak memory of the process, bytes; 0 where the system doesn't say.

@@ -64,9 +64,9 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     let shift = 1e-5 * bounds.largest_extent() / 2.0;
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
-        parts.add_body(&fixture);
+        let body = parts.add_body(&fixture);
         if fixture.section.flux > 0.0 {
-            parts.luminaires.push(fixture.luminaire());
+            parts.luminaires.push(fixture.luminaire(body));
         }
     }
     parts.add_emitters(emitters);
@@ -294,6 +294,8 @@ struct Emitter {
     /// cd/m².
     luminance: [f64; 3],
     triangles: Vec<[DVec3; 3]>,
+    /// The same, as numbers of the scene's triangles.
+    numbers: Vec<u32>,
 }
 
 impl Parts {
@@ -330,6 +332,7 @@ impl Parts {
             self.mesh.material_of.push(numbers[material as usize]);
             if let Some(emitter) = &mut shining[material as usize] {
                 emitter.triangles.push(corners);
+                emitter.numbers.push(self.mesh.triangles.len() as u32 - 1);
             }
         }
         emitters.extend(shining.into_iter().flatten().filter(|emitter| !emitter.triangles.is_empty()));
@@ -340,10 +343,11 @@ impl Parts {
     }
 
     /// The opening of a luminaire is also a thing in the way of light, and black.
-    fn add_body(&mut self, fixture: &Fixture) {
+    /// Returns its triangles.
+    fn add_body(&mut self, fixture: &Fixture) -> Vec<u32> {
         let (corners, triangles) = fixture.body();
         if triangles.is_empty() {
-            return;
+            return Vec::new();
         }
         let black = match self.black {
             Some(black) => black,
@@ -351,8 +355,10 @@ impl Parts {
         };
         self.black = Some(black);
         let first = self.add_vertices(corners.into_iter());
+        let before = self.mesh.triangles.len() as u32;
         self.mesh.material_of.extend(triangles.iter().map(|_| black));
         self.mesh.triangles.extend(triangles.into_iter().map(|triangle| triangle.map(|corner| first + corner)));
+        (before..self.mesh.triangles.len() as u32).collect()
     }
 
     fn add_emitters(&mut self, emitters: Vec<Emitter>) {
@@ -374,7 +380,7 @@ impl Parts {
 impl Emitter {
     fn of(surface: &Surface) -> Option<Self> {
         let luminance = surface.luminance?;
-        Some(Self { material: surface.material.name.clone(), luminance, triangles: Vec::new() })
+        Some(Self { material: surface.material.name.clone(), luminance, triangles: Vec::new(), numbers: Vec::new() })
     }
 
     /// A Lambertian surface of luminance L and area A sends out Φ = π L A.
@@ -387,6 +393,7 @@ impl Emitter {
             colour: colour::normalised(self.luminance),
             opening: Opening::Triangles(self.triangles),
             distribution: Distribution::Lambertian,
+            body: self.numbers,
         }
     }
 }

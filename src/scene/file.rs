@@ -25,7 +25,7 @@ pub struct RenderDefaults {
     pub radius: Option<f64>,
     /// Independent photon maps.
     pub passes: Option<u32>,
-    /// `kiddo`, `paper` or `brute`.
+    /// `kd`, `kiddo`, `paper` or `brute`.
     pub tree: Option<String>,
     /// Seed of the random streams.
     pub seed: Option<u64>,
@@ -412,7 +412,7 @@ fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
         nearest: fields.whole("nearest", 2, 1_000_000_000)?.and_then(|n| usize::try_from(n.value).ok()),
         radius: fields.number("radius", "a number above 0, m", |n| n > 0.0)?.map(|n| n.value),
         passes: fields.whole("passes", 1, u64::from(u32::MAX))?.and_then(|n| u32::try_from(n.value).ok()),
-        tree: fields.word("tree", &["kiddo", "paper", "brute"])?.map(|word| word.value),
+        tree: fields.word("tree", &["kd", "kiddo", "paper", "brute"])?.map(|word| word.value),
         seed: fields.whole("seed", 0, u64::MAX)?.map(|n| n.value),
     })
 }

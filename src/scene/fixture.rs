@@ -108,8 +108,8 @@ impl Fixture<'_> {
         (corners, (1..last).map(|i| [0, i, i + 1]).collect())
     }
 
-    /// What the tracer gets to see of it.
-    pub(crate) fn luminaire(&self) -> Luminaire {
+    /// What the tracer gets to see of it; `body` are its triangles in the scene's mesh.
+    pub(crate) fn luminaire(&self, body: Vec<u32>) -> Luminaire {
         let (section, [u, v]) = (self.section, self.axes());
         Luminaire {
             name: self.name.clone(),
@@ -126,6 +126,7 @@ impl Fixture<'_> {
                 }
             },
             distribution: section.distribution,
+            body,
         }
     }
 }
@@ -170,7 +171,8 @@ mod tests {
     #[test]
     fn the_sides_of_a_rectangle_span_its_aim_and_the_first_runs_along_c0() {
         let rectangle = section(Shape::Rectangle([0.6, 1.2]), None);
-        let Opening::Rectangle { half_width, half_depth, .. } = member(&rectangle, 0, 0).unwrap().luminaire().opening
+        let Opening::Rectangle { half_width, half_depth, .. } =
+            member(&rectangle, 0, 0).unwrap().luminaire(Vec::new()).opening
         else {
             panic!("a rectangle stays one");
         };
@@ -187,6 +189,6 @@ mod tests {
         assert_eq!(names, ["L[1,1]", "L[2,1]", "L[3,1]", "L[1,2]", "L[2,2]", "L[3,2]"]);
         assert_eq!(fixtures[0].position, DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(fixtures[5].position, DVec3::new(5.0, 0.5, 3.0));
-        assert_eq!(fixtures[5].luminaire().group, "L[3,2]");
+        assert_eq!(fixtures[5].luminaire(Vec::new()).group, "L[3,2]");
     }
 }

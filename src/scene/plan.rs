@@ -7,8 +7,13 @@ use super::{PlaneKind, Scene};
 /// How illuminance is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Direct light by shadow rays, photons for what has bounced.
+    /// Direct light by shadow rays; what has bounced by rays from the measuring points to surfaces whose light the
+    /// photons know.
+    Gather,
+    /// Direct light by shadow rays; what has bounced by the density of photons where it is measured.
     Split,
+    /// Direct light by shadow rays; what has bounced by paths from the measuring points. No photons.
+    Path,
     /// All light by photons, corrected for every known bias.
     Photons,
     /// The paper's estimator as printed, biases and all.
@@ -17,16 +22,33 @@ pub enum Method {
 
 impl Method {
     /// Every method, by name.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("split", Self::Split), ("photons", Self::Photons), ("seed", Self::Seed)];
+    pub const ALL: [(&'static str, Self); 5] = [
+        ("gather", Self::Gather),
+        ("split", Self::Split),
+        ("path", Self::Path),
+        ("photons", Self::Photons),
+        ("seed", Self::Seed),
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Gather => "gather",
             Self::Split => "split",
+            Self::Path => "path",
             Self::Photons => "photons",
             Self::Seed => "seed",
         }
+    }
+
+    /// Whether measuring points send rays to find what has bounced.
+    pub fn sends_rays(self) -> bool {
+        matches!(self, Self::Gather | Self::Path)
+    }
+
+    /// Whether direct light is computed by shadow rays.
+    pub fn splits(self) -> bool {
+        matches!(self, Self::Gather | Self::Path | Self::Split)
     }
 }
 
@@ -37,6 +59,8 @@ pub struct Plan {
     pub method: Method,
     /// Three channels, or one.
     pub coloured: bool,
+    /// Whether anything is left to passes: light that has bounced, or all light where photons count it.
+    pub bounces: bool,
     /// Whether photons are traced at all.
     pub photons: bool,
     /// Whether direct light is computed by shadow rays.
@@ -65,28 +89,40 @@ impl Plan {
                 decide(false, "three channels", "no material and no luminaire is coloured: one does".into())
             }
         };
-        let shadow_rays = match method {
-            Method::Split => decide(
-                true,
-                "direct light by shadow rays",
-                format!("method split, {} luminaires", scene.luminaires.len()),
-            ),
-            _ => decide(false, "direct light by shadow rays", format!("method {} counts photons", method.name())),
+        let name = method.name();
+        let luminaires = scene.luminaires.len();
+        let shadow_rays = if method.splits() {
+            decide(true, "direct light by shadow rays", format!("method {name}, {luminaires} luminaires"))
+        } else {
+            decide(false, "direct light by shadow rays", format!("method {name} counts photons"))
         };
         let bright = scene.materials.iter().find(|material| !material.is_black());
-        let photons = match bright {
-            _ if method != Method::Split => decide(true, "photons", format!("method {}", method.name())),
+        let bounces = match bright {
+            _ if !method.splits() => decide(true, "passes", format!("method {name}: all light by photons")),
             _ if scene.mesh.triangles.is_empty() => {
-                decide(false, "photons", "no surface: light bounces off nothing".into())
+                decide(false, "passes", "no surface: light bounces off nothing".into())
             }
-            None => decide(false, "photons", "every surface is black: light bounces off nothing".into()),
+            None => decide(false, "passes", "every surface is black: light bounces off nothing".into()),
             Some(material) => {
-                decide(true, "photons", format!("for light that has bounced, such as off {}", material.name))
+                decide(true, "passes", format!("for light that has bounced, such as off {}", material.name))
             }
         };
+        let photons = match method {
+            Method::Path => decide(false, "photons", "method path follows light backwards only".into()),
+            _ if bounces => decide(true, "photons", format!("method {name}")),
+            _ => false,
+        };
+        if bounces {
+            let why = |does: &str| format!("method {name} {does}");
+            match method {
+                Method::Path => decide(true, "rays from the points", why("goes on from surface to surface")),
+                Method::Gather => decide(true, "rays from the points", why("ends them where photons know the light")),
+                _ => decide(false, "rays from the points", why("takes the photons' density there")),
+            };
+        }
         let shiny = scene.materials.iter().find(|material| material.is_specular());
         let caustics = match shiny {
-            Some(material) if photons => {
+            Some(material) if bounces => {
                 decide(true, "specular paths", format!("{} is a mirror or glass", material.name))
             }
             Some(_) => false,
@@ -96,6 +132,7 @@ impl Plan {
             let receivers = scene.planes.len() + scene.sensors.len();
             match method {
                 Method::Seed => decide(true, "photons of every surface", "the paper keeps them all".into()),
+                Method::Gather => decide(true, "photons of every surface", "as illuminance of patches".into()),
                 _ => decide(
                     false,
                     "photons of other surfaces",
@@ -107,7 +144,7 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
-        Self { method, coloured, photons, shadow_rays, caustics, reasons }
+        Self { method, coloured, bounces, photons, shadow_rays, caustics, reasons }
     }
 }
 

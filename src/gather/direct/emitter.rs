@@ -1,0 +1,263 @@
+//! Luminaires as direct light takes them: points, flat polygons, and meshes too fine to be taken piece by piece.
+
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+
+use super::blockers::{Blockers, Bounds};
+use super::sample::MESH_STRATA;
+use crate::embree::RayCaster;
+use crate::luminaire::emit::{Front, triangle_area};
+use crate::luminaire::{Distribution, Luminaire, Opening};
+use crate::photon::flux::{channels, photometric};
+use crate::photon::random::Stream;
+
+/// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.
+pub(crate) const MOST_POLYGONS: usize = 256;
+/// Corners of the polygon that stands for a disc of the same area.
+const DISC_CORNERS: usize = 96;
+
+/// A piece of a luminaire that is treated as one.
+pub(super) struct Emitter<const C: usize> {
+    pub(super) source: Source,
+    pub(super) bounds: Bounds,
+    /// What one lux of it counts in each channel.
+    pub(super) colour: [f64; C],
+    /// Photometric value of the colour.
+    pub(super) brightness: f64,
+}
+
+pub(super) enum Source {
+    Point(PointSource),
+    Polygon(Polygon),
+    Mesh(MeshSource),
+}
+
+pub(super) struct PointSource {
+    position: DVec3,
+    aim: DVec3,
+    /// Along the aim, cd.
+    intensity: f64,
+    distribution: Distribution,
+}
+
+/// A flat convex opening.
+pub(super) struct Polygon {
+    /// Counter-clockwise, seen from where light goes.
+    pub(super) corners: Vec<DVec3>,
+    pub(super) normal: DVec3,
+    /// Luminance, cd/m².
+    pub(super) luminance: f64,
+    pub(super) front: Front,
+    area: f64,
+}
+
+/// Many small triangles.
+pub(super) struct MeshSource {
+    triangles: Vec<Facet>,
+    luminance: f64,
+    front: Front,
+}
+
+struct Facet {
+    bounds: Bounds,
+    normal: DVec3,
+    height: f64,
+    area: f64,
+}
+
+pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<C>> {
+    luminaires
+        .iter()
+        .flat_map(|luminaire| {
+            let colour = channels::<C>(luminaire.colour);
+            sources(luminaire).into_iter().map(move |source| {
+                let bounds = match &source {
+                    Source::Point(point) => Bounds::around_exact([point.position]),
+                    Source::Polygon(polygon) => Bounds::around_exact(polygon.corners.iter().copied()),
+                    Source::Mesh(mesh) => {
+                        Bounds::around(mesh.triangles.iter().flat_map(|f| [f.bounds.low, f.bounds.high]))
+                    }
+                };
+                Emitter { source, bounds, colour, brightness: photometric(colour) }
+            })
+        })
+        .collect()
+}
+
+fn sources(luminaire: &Luminaire) -> Vec<Source> {
+    let flux = luminaire.flux.0;
+    let flat = |corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening| {
+        Source::Polygon(Polygon { corners, normal, luminance: flux / (PI * whole), front: Front::new(&opening), area })
+    };
+    match &luminaire.opening {
+        &Opening::Point { position, aim } => {
+            let solid_angle = if luminaire.distribution == Distribution::Isotropic { 4.0 * PI } else { PI };
+            let intensity = flux / solid_angle;
+            vec![Source::Point(PointSource { position, aim, intensity, distribution: luminaire.distribution })]
+        }
+        opening @ &Opening::Rectangle { centre, half_width, half_depth } => {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(a, b)| centre + half_width * a + half_depth * b)
+                .to_vec();
+            let cross = half_width.cross(half_depth);
+            vec![flat(corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
+        }
+        opening @ &Opening::Disc { centre, aim, radius } => {
+            let (x, y) = aim.any_orthonormal_pair();
+            let y = y * x.cross(y).dot(aim).signum();
+            let step = 2.0 * PI / DISC_CORNERS as f64;
+            let rim = radius * (step / step.sin()).sqrt(); // equal areas: ½ n r² sin(2π/n) = π radius²
+            let corners = (0..DISC_CORNERS)
+                .map(|corner| centre + (x * (step * corner as f64).cos() + y * (step * corner as f64).sin()) * rim)
+                .collect();
+            vec![flat(corners, aim, [PI * radius * radius; 2], opening.clone())]
+        }
+        opening @ Opening::Triangles(triangles) => {
+            let whole: f64 = triangles.iter().map(triangle_area).sum();
+            let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+            if triangles.len() > MOST_POLYGONS {
+                let facet = |triangle: &[DVec3; 3]| Facet {
+                    bounds: Bounds::around_exact(*triangle),
+                    normal: facing(triangle),
+                    height: facing(triangle).dot(triangle[0]),
+                    area: triangle_area(triangle),
+                };
+                let triangles = triangles.iter().map(facet).collect();
+                return vec![Source::Mesh(MeshSource {
+                    triangles,
+                    luminance: flux / (PI * whole),
+                    front: Front::new(opening),
+                })];
+            }
+            triangles
+                .iter()
+                .filter(|triangle| triangle_area(triangle) > 0.0)
+                .map(|triangle| {
+                    let areas = [triangle_area(triangle), whole];
+                    flat(triangle.to_vec(), facing(triangle), areas, Opening::Triangles(vec![*triangle]))
+                })
+                .collect()
+        }
+    }
+}
+
+impl<const C: usize> Emitter<C> {
+    /// What the emitter brings to any point of a box at most if nothing is in the way, lx; `up` is the points' normal.
+    pub(super) fn most(&self, points: &Bounds, up: DVec3) -> f64 {
+        let lux = match &self.source {
+            Source::Point(point) => {
+                let aim = (point.distribution == Distribution::Lambertian)
+                    .then(|| (point.aim, point.aim.dot(point.position)));
+                point.intensity * most_per_area(&self.bounds, aim, points, up)
+            }
+            Source::Polygon(polygon) => {
+                let plane = (polygon.normal, polygon.normal.dot(polygon.corners[0]));
+                polygon.luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
+            }
+            Source::Mesh(mesh) => {
+                mesh.luminance * mesh.triangles.iter().map(|facet| facet.most(points, up)).sum::<f64>()
+            }
+        };
+        lux * self.brightness
+    }
+
+    /// Height n · x of a flat opening's plane.
+    pub(super) fn height(&self, normal: DVec3) -> f64 {
+        match &self.source {
+            Source::Polygon(polygon) => polygon.corners[0].dot(normal),
+            _ => 0.0,
+        }
+    }
+}
+
+/// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is the
+/// shining side's normal and height, if it has any.
+fn most_per_area(shining: &Bounds, plane: Option<(DVec3, f64)>, points: &Bounds, up: DVec3) -> f64 {
+    let distance = shining.distance(points);
+    let cosine = |height: f64| (height / distance).clamp(0.0, 1.0); // NaN for 0/0 only, and then the height is 0
+    let above = shining.along(up)[1] - points.along(up)[0];
+    let before = plane.map_or(f64::INFINITY, |(normal, height)| points.along(normal)[1] - height);
+    if above <= 0.0 || before <= 0.0 {
+        return 0.0;
+    }
+    cosine(above) * cosine(before) / (distance * distance)
+}
+
+impl Facet {
+    /// Projected solid angle at most, sr.
+    fn most(&self, points: &Bounds, up: DVec3) -> f64 {
+        (self.area * most_per_area(&self.bounds, Some((self.normal, self.height)), points, up)).min(PI)
+    }
+}
+
+impl PointSource {
+    /// Unobstructed illuminance, lx.
+    pub(super) fn illuminance(&self, start: DVec3, normal: DVec3) -> f64 {
+        let to = self.position - start;
+        let distance = to.length();
+        let direction = to / distance;
+        let spread = match self.distribution {
+            Distribution::Isotropic => 1.0,
+            Distribution::Lambertian => (-direction.dot(self.aim)).max(0.0),
+        };
+        let lux = self.intensity * spread * direction.dot(normal).max(0.0) / (distance * distance);
+        if lux.is_finite() { lux } else { 0.0 }
+    }
+
+    /// Whether nothing is in the way.
+    pub(super) fn is_seen(&self, start: DVec3, caster: &RayCaster) -> bool {
+        let to = self.position - start;
+        let distance = to.length();
+        let reach = (distance * (1.0 - 1e-5)) as f32; // short of what the luminaire may be mounted on
+        !caster.is_occluded(start.as_vec3(), (to / distance).as_vec3(), reach)
+    }
+}
+
+impl MeshSource {
+    /// Running sum of what each triangle can bring to some points at most; false if none can bring anything.
+    pub(super) fn shares(&self, points: &Bounds, up: DVec3, shares: &mut Vec<f64>) -> bool {
+        let mut sum = 0.0;
+        shares.extend(self.triangles.iter().map(|facet| {
+            sum += facet.most(points, up);
+            sum
+        }));
+        sum > 0.0
+    }
+
+    /// (E, variance) at a point, lx and lx²: the mean of samples spread over the triangles by `shares`, two a stratum so
+    /// that they tell their variance without bias.
+    pub(super) fn sample(
+        &self,
+        start: Vec3,
+        normal: Vec3,
+        shares: &[f64],
+        blockers: &Blockers<'_>,
+        stream: &mut Stream,
+    ) -> (f64, f64) {
+        let whole = shares[shares.len() - 1];
+        let strata = f64::from(MESH_STRATA);
+        let mut cast = |stratum: u32| {
+            let choice = whole * (f64::from(stratum) + f64::from(stream.uniform())) / strata;
+            let which = shares.partition_point(|&share| share <= choice).min(shares.len() - 1);
+            let share = shares[which] - if which > 0 { shares[which - 1] } else { 0.0 };
+            let (target, facing) = self.front.point_of(which, stream.uniform_pair(), start, blockers.caster);
+            let to = target - start;
+            let distance = to.length();
+            let direction = to / distance;
+            let weight = direction.dot(normal).max(0.0) * (-direction.dot(facing)).max(0.0) / (distance * distance);
+            let counts = weight > 0.0 && weight.is_finite() && share > 0.0;
+            if counts && !blockers.caster.is_occluded(start, direction, distance) {
+                self.luminance * f64::from(weight) * self.triangles[which].area * whole / share
+            } else {
+                0.0
+            }
+        };
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for stratum in 0..MESH_STRATA {
+            let (a, b) = (cast(stratum), cast(stratum));
+            sum += a + b;
+            squares += (a - b).powi(2);
+        }
+        (sum / (2.0 * strata), squares / (4.0 * strata * strata))
+    }
+}

@@ -1,0 +1,615 @@
+//! Smoothing of a map of noisy estimates, as far as the data bear it and no farther than the point sees.
+//!
+//! Every grid point is refitted by a polynomial through its neighbours (local-linear and local-quadratic regression) over
+//! windows of several sizes. Which of them is best about a point is asked of the data: Stein's unbiased estimate of the
+//! risk (Stein 1981; Li, Wu & Chuang 2012 for rendered images) tells the squared error, noise and smoothing bias
+//! together, of each window without knowing the truth. So smooth light is averaged over a wide window, and a shadow's
+//! edge over a narrow one. Neighbours that the point does not see in its plane (the other side of a partition) never
+//! count.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::density::Estimate;
+use super::gates::{Gates, Step};
+use super::receiver::Receiver;
+use crate::embree::RayCaster;
+use crate::photon::flux::photometric;
+
+/// Independent parts of the samples; their scatter is the noise.
+pub const BATCHES: usize = 8;
+
+/// Cells to each side over which noise is pooled, and risk.
+const POOL: usize = 4;
+const RISK_POOL: usize = 10;
+const BIAS_POOL: usize = 16;
+
+/// A window's bias is judged by one whose variance is at least so many times as large.
+const YARDSTICK: f32 = 3.0;
+
+/// Sides of the blocks over which all points' common noise is taken, in cells.
+const BLOCK: usize = 16;
+
+/// The windows: degree of the polynomial fitted, and radius in cells.
+const WINDOWS: [(Degree, f32); 9] = [
+    (Degree::Linear, 0.0),
+    (Degree::Linear, 1.5),
+    (Degree::Linear, 2.5),
+    (Degree::Linear, 4.0),
+    (Degree::Quadratic, 5.0),
+    (Degree::Linear, 6.0),
+    (Degree::Quadratic, 7.0),
+    (Degree::Linear, 10.0),
+    (Degree::Quadratic, 10.0),
+];
+
+/// Cells narrower than this part of their length count as if they were so wide: their windows stay as many cells wide.
+const NARROWEST: f32 = 0.25;
+
+/// Radius of the widest window, in cells.
+const WIDEST: f32 = 10.0;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Degree {
+    Linear,
+    Quadratic,
+}
+
+impl Degree {
+    /// Squared bias as a share of the variance at the radius h of least risk: where the bias is of order hᵖ and the
+    /// variance of order h⁻², the sum is least at p · bias² = variance, and p is 2 for a plane, 4 for a quadric.
+    fn bias_at_least_risk(self) -> f64 {
+        match self {
+            Self::Linear => 0.5,
+            Self::Quadratic => 0.25,
+        }
+    }
+}
+
+/// Samples at each point of a receiver, in batches.
+pub struct Samples<const C: usize> {
+    /// Sum of the samples of each point and batch, lx.
+    sums: Vec<[[f64; C]; BATCHES]>,
+    /// Samples of a point in each batch.
+    counts: [u64; BATCHES],
+}
+
+impl<const C: usize> Samples<C> {
+    /// None yet.
+    pub fn new(points: usize) -> Self {
+        Self { sums: vec![[[0.0; C]; BATCHES]; points], counts: [0; BATCHES] }
+    }
+
+    /// Adds to each point the sum of `count` samples that `sample` takes there; `round` numbers the rounds.
+    pub fn add(&mut self, round: u64, count: u64, sample: impl Fn(usize) -> [f64; C] + Sync) {
+        let batch = (round % BATCHES as u64) as usize;
+        self.counts[batch] += count;
+        self.sums.par_iter_mut().enumerate().with_min_len(32).for_each(|(point, sums)| {
+            let found = sample(point);
+            (0..C).for_each(|c| sums[batch][c] += found[c]);
+        });
+    }
+
+    fn active(&self) -> impl Iterator<Item = usize> {
+        (0..BATCHES).filter(|&batch| self.counts[batch] > 0)
+    }
+
+    /// Mean of a point.
+    fn mean(&self, point: usize) -> [f64; C] {
+        let count: u64 = self.counts.iter().sum();
+        std::array::from_fn(|c| self.sums[point].iter().map(|sum| sum[c]).sum::<f64>() / count.max(1) as f64)
+    }
+
+    /// Photometric mean of a batch.
+    fn batch_mean(&self, point: usize, batch: usize) -> f64 {
+        photometric(self.sums[point][batch]) / self.counts[batch] as f64
+    }
+
+    /// Variance of the photometric mean, from the batches' scatter.
+    fn variance(&self, point: usize) -> f64 {
+        let mean = photometric(self.mean(point));
+        let (mut scatter, mut batches) = (0.0, 0.0_f64);
+        for batch in self.active() {
+            scatter += (self.batch_mean(point, batch) - mean).powi(2);
+            batches += 1.0;
+        }
+        scatter / (batches * (batches - 1.0)).max(1.0)
+    }
+
+    /// Every point by itself: mean, and variance of the mean.
+    pub fn plain(&self) -> Vec<Estimate<C>> {
+        (0..self.sums.len()).map(|point| Estimate { value: self.mean(point), variance: self.variance(point) }).collect()
+    }
+}
+
+/// What smoothing needs to know of a grid: its windows, and what stands in the way.
+pub struct Smoother {
+    columns: usize,
+    rows: usize,
+    gates: Gates,
+    windows: Vec<Window>,
+    /// Offsets of the widest window, nearest first.
+    offsets: Vec<Offset>,
+}
+
+/// One of [`WINDOWS`].
+struct Window {
+    degree: Degree,
+    /// The kernel is 1 − sharpness · d².
+    sharpness: f64,
+    /// Columns and rows to each side.
+    half: [usize; 2],
+    /// Offsets within it.
+    count: usize,
+    /// Where nothing is in its way: what each cell counts, row by row, and Σ of their squares.
+    weights: Vec<f64>,
+    squares: f64,
+}
+
+struct Offset {
+    step: [i32; 2],
+    /// In cells.
+    distance: f32,
+    /// The offset one step nearer to the middle, and the step from there.
+    before: usize,
+    onward: Step,
+    /// 1, x, y, x², xy, y², x³ … y⁴ times 1, d² and d⁴, in widest windows.
+    monomials: [[f64; MONOMIALS]; 3],
+}
+
+/// Monomials of x and y up to the fourth degree.
+const MONOMIALS: usize = 15;
+
+/// Terms of the polynomials fitted: 1, x, y, x², xy, y². The first monomials are the same.
+const TERMS: usize = 6;
+
+/// What one window says of a point.
+#[derive(Clone, Copy)]
+struct Fit<const C: usize> {
+    /// lx.
+    value: [f32; C],
+    /// Variance for noise of variance 1.
+    squares: f32,
+    /// What the point itself counts.
+    own: f32,
+}
+
+impl Smoother {
+    /// Prepares a grid; `has_value` tells which points do. Cost: two rays a point.
+    pub fn new(receiver: &Receiver, [columns, rows]: [usize; 2], has_value: &[bool], caster: &RayCaster) -> Self {
+        let gates = Gates::new(receiver, [columns, rows], has_value, caster);
+        let cell = cell_size(receiver, [columns, rows]);
+        let spacing = cell[0].max(cell[1]);
+        let offsets = offsets(cell.map(|side| (side / spacing).max(NARROWEST)));
+        let windows = WINDOWS.into_iter().map(|(degree, radius)| Window::new(degree, radius, &offsets)).collect();
+        Self { columns, rows, gates, windows, offsets }
+    }
+
+    /// The estimate at every grid point with its neighbours' help, and its variance, smoothing bias included.
+    ///
+    /// Cost: 2 to 10 µs a point, 100 bytes a point while it lasts.
+    pub fn smooth<const C: usize>(&self, samples: &Samples<C>, has_value: &[bool]) -> Vec<Estimate<C>> {
+        let raw = samples.plain();
+        let noise: Vec<f64> = raw.iter().map(|estimate| estimate.variance).collect();
+        let noise = self.box_means(&noise, has_value, POOL);
+        let fits: Vec<[Fit<C>; WINDOWS.len()]> = (0..raw.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map_init(Vec::new, |reached, point| {
+                if has_value[point] { self.fits(point, &raw, reached) } else { [Fit::NONE; WINDOWS.len()] }
+            })
+            .collect();
+        let risks: Vec<Vec<f64>> = (0..WINDOWS.len())
+            .into_par_iter()
+            .map(|window| {
+                let risk = |point: usize| {
+                    let fit = &fits[point][window];
+                    let off = fit.photometric() - photometric(raw[point].value);
+                    off * off + (2.0 * f64::from(fit.own) - 1.0) * noise[point]
+                };
+                let risks: Vec<f64> = (0..raw.len()).map(risk).collect();
+                self.box_means(&risks, has_value, RISK_POOL)
+            })
+            .collect();
+        let best: Vec<usize> = (0..raw.len())
+            .map(|point| {
+                let better = |&a: &usize, &b: &usize| risks[a][point].total_cmp(&risks[b][point]);
+                (0..WINDOWS.len()).min_by(better).unwrap_or(0)
+            })
+            .collect();
+        let bias = self.squared_bias(&fits, &best, &noise, has_value);
+        let common = self.common_noise(samples, &raw, &noise, has_value);
+        (0..raw.len())
+            .map(|point| {
+                if !has_value[point] {
+                    return Estimate::DARK;
+                }
+                let fit = &fits[point][best[point]];
+                let own = f64::from(fit.squares) * noise[point];
+                let bias = bias[point].max(own * self.windows[best[point]].degree.bias_at_least_risk());
+                let variance = own + bias + common * fit.photometric().powi(2);
+                Estimate { value: fit.value.map(f64::from), variance }
+            })
+            .collect()
+    }
+
+    /// Squared bias of the windows chosen: their squared difference to narrower ones, less what noise makes of it. The
+    /// narrower estimate scatters about the wider one by the difference of their variances, as that of any efficient
+    /// estimate does (Hausman 1978).
+    fn squared_bias<const C: usize>(
+        &self,
+        fits: &[[Fit<C>; WINDOWS.len()]],
+        best: &[usize],
+        noise: &[f64],
+        has_value: &[bool],
+    ) -> Vec<f64> {
+        let excess = |point: usize| {
+            let fits = &fits[point];
+            let chosen = &fits[best[point]];
+            let rougher = |fit: &&Fit<C>| fit.squares >= YARDSTICK * chosen.squares;
+            let by_variance = |a: &&Fit<C>, b: &&Fit<C>| a.squares.total_cmp(&b.squares);
+            let yardstick = fits.iter().filter(rougher).min_by(by_variance).unwrap_or(&fits[0]);
+            let off = chosen.photometric() - yardstick.photometric();
+            off * off - f64::from(yardstick.squares - chosen.squares).max(0.0) * noise[point]
+        };
+        let excess: Vec<f64> = (0..fits.len()).map(excess).collect();
+        self.box_means(&excess, has_value, BIAS_POOL).into_iter().map(|square| square.max(0.0)).collect()
+    }
+
+    /// Relative variance of what neighbouring points have in common: the photons behind their records. It is what the
+    /// batches' means over blocks scatter beyond the points' own noise.
+    fn common_noise<const C: usize>(
+        &self,
+        samples: &Samples<C>,
+        raw: &[Estimate<C>],
+        noise: &[f64],
+        has_value: &[bool],
+    ) -> f64 {
+        let batches: Vec<usize> = samples.active().collect();
+        let columns = self.columns.div_ceil(BLOCK);
+        let mut blocks = vec![([0.0_f64; BATCHES], 0.0_f64, 0.0_f64); columns * self.rows.div_ceil(BLOCK)];
+        for point in (0..raw.len()).filter(|&point| has_value[point]) {
+            let block = point / self.columns / BLOCK * columns + point % self.columns / BLOCK;
+            let (means, own, count) = &mut blocks[block];
+            batches.iter().for_each(|&batch| means[batch] += samples.batch_mean(point, batch));
+            *own += noise[point];
+            *count += 1.0;
+        }
+        let (mut excess, mut level) = (0.0, 0.0);
+        let number = batches.len() as f64;
+        for (means, own, count) in blocks.iter().filter(|(_, _, count)| *count > 0.0) {
+            let mean = batches.iter().map(|&batch| means[batch]).sum::<f64>() / number;
+            let scatter: f64 = batches.iter().map(|&batch| (means[batch] - mean).powi(2)).sum();
+            excess += (scatter / (number * (number - 1.0)).max(1.0) - own) / count;
+            level += mean * mean / count;
+        }
+        if level > 0.0 { (excess / level).max(0.0) } else { 0.0 }
+    }
+
+    fn box_means(&self, values: &[f64], has_value: &[bool], half: usize) -> Vec<f64> {
+        box_means(values, has_value, [self.columns, self.rows], half)
+    }
+
+    /// What every window says of a point. `reached` is memory to reuse.
+    fn fits<const C: usize>(
+        &self,
+        point: usize,
+        raw: &[Estimate<C>],
+        reached: &mut Vec<Option<usize>>,
+    ) -> [Fit<C>; WINDOWS.len()] {
+        let mut fits = [Fit::NONE; WINDOWS.len()];
+        reached.clear();
+        let mut sums = Sums::new();
+        for (fit, window) in fits.iter_mut().zip(&self.windows) {
+            if self.gates.open(point, window.half) {
+                *fit = self.open_fit(point, window, raw);
+                continue;
+            }
+            for index in reached.len()..window.count {
+                let offset = &self.offsets[index];
+                let there = if index == 0 {
+                    Some(point)
+                } else {
+                    reached[offset.before].and_then(|from| self.gates.step(from, offset.onward))
+                };
+                reached.push(there);
+                if let Some(there) = there {
+                    sums.add(offset, &raw[there].value);
+                }
+            }
+            *fit = sums.fit(window);
+        }
+        fits
+    }
+
+    /// What a window says of a point where nothing is in its way.
+    fn open_fit<const C: usize>(&self, point: usize, window: &Window, raw: &[Estimate<C>]) -> Fit<C> {
+        let [columns, rows] = window.half;
+        let first = point - rows * self.columns - columns;
+        let width = 2 * columns + 1;
+        let mut value = [0.0; C];
+        for (row, weights) in window.weights.chunks_exact(width).enumerate() {
+            let from = first + row * self.columns;
+            for (weight, raw) in weights.iter().zip(&raw[from..from + width]) {
+                (0..C).for_each(|c| value[c] += weight * raw.value[c]);
+            }
+        }
+        let own = window.weights[window.weights.len() / 2];
+        Fit { value: value.map(|lux| lux as f32), squares: window.squares as f32, own: own as f32 }
+    }
+}
+
+impl<const C: usize> Fit<C> {
+    const NONE: Self = Self { value: [0.0; C], squares: 0.0, own: 0.0 };
+
+    fn photometric(&self) -> f64 {
+        photometric(self.value.map(f64::from))
+    }
+}
+
+impl Window {
+    fn new(degree: Degree, radius: f32, offsets: &[Offset]) -> Self {
+        let count = offsets.partition_point(|offset| offset.distance <= radius);
+        let offsets = &offsets[..count];
+        let sharpness = f64::from((WIDEST + 0.5) / (radius + 0.5)).powi(2);
+        let most = |axis: usize| offsets.iter().map(|offset| offset.step[axis].unsigned_abs() as usize).max();
+        let half = [0, 1].map(|axis| most(axis).unwrap_or(0));
+        let mut window = Self { degree, sharpness, half, count, weights: Vec::new(), squares: 0.0 };
+        let mut sums = Sums::<1>::new();
+        offsets.iter().for_each(|offset| sums.add(offset, &[0.0]));
+        let row = sums.row(&window);
+        let width = 2 * half[0] + 1;
+        window.weights = vec![0.0; width * (2 * half[1] + 1)];
+        for offset in offsets {
+            let [column, line] = [0, 1].map(|axis| (offset.step[axis] + half[axis] as i32) as usize);
+            let terms = &offset.monomials[0][..TERMS];
+            let distance_squared = offset.monomials[1][0];
+            let plane: f64 = terms.iter().zip(row).map(|(term, part)| term * part).sum();
+            window.weights[line * width + column] = (1.0 - sharpness * distance_squared) * plane;
+        }
+        window.squares = window.weights.iter().map(|weight| weight * weight).sum();
+        window
+    }
+}
+
+/// Sums over the neighbours seen, from which the fit under every kernel of the kind 1 − s·d² follows.
+struct Sums<const C: usize> {
+    /// Of the monomials, times 1, d² and d⁴.
+    moments: [[f64; MONOMIALS]; 3],
+    /// Of values times terms, times 1 and d².
+    values: [[[f64; TERMS]; 2]; C],
+}
+
+impl<const C: usize> Sums<C> {
+    fn new() -> Self {
+        Self { moments: [[0.0; MONOMIALS]; 3], values: [[[0.0; TERMS]; 2]; C] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, offset: &Offset, value: &[f64; C]) {
+        for (sums, monomials) in self.moments.iter_mut().zip(&offset.monomials) {
+            sums.iter_mut().zip(monomials).for_each(|(sum, monomial)| *sum += monomial);
+        }
+        for (sums, value) in self.values.iter_mut().zip(value) {
+            for (sums, monomials) in sums.iter_mut().zip(&offset.monomials) {
+                sums.iter_mut().zip(monomials).for_each(|(sum, monomial)| *sum += monomial * value);
+            }
+        }
+    }
+
+    /// Coefficients of the value at the middle of the polynomial fitted by least squares; of a lower degree where the
+    /// neighbours don't bear the one asked for.
+    fn row(&self, window: &Window) -> [f64; TERMS] {
+        let [plain, square, _] = &self.moments;
+        let kernel: [f64; MONOMIALS] = std::array::from_fn(|i| plain[i] - window.sharpness * square[i]);
+        let normal = matrix(&kernel);
+        let degrees: &[usize] = if window.degree == Degree::Quadratic { &[6, 3, 1] } else { &[3, 1] };
+        degrees.iter().find_map(|&size| first_row_of_inverse(&normal, size)).unwrap_or_default()
+    }
+
+    fn fit(&self, window: &Window) -> Fit<C> {
+        let row = self.row(window);
+        let sharpness = window.sharpness;
+        let [plain, square, fourth] = &self.moments;
+        let kernel_squared: [f64; MONOMIALS] =
+            std::array::from_fn(|i| plain[i] - 2.0 * sharpness * square[i] + sharpness * sharpness * fourth[i]);
+        let spread = matrix(&kernel_squared);
+        let squares: f64 = (0..TERMS).map(|i| (0..TERMS).map(|j| row[i] * spread[i][j] * row[j]).sum::<f64>()).sum();
+        let value = self
+            .values
+            .map(|[plain, square]| (0..TERMS).map(|i| row[i] * (plain[i] - sharpness * square[i])).sum::<f64>() as f32);
+        Fit { value, squares: squares.max(0.0) as f32, own: row[0] as f32 }
+    }
+}
+
+/// Exponents of x and y in the monomials, by degree.
+const EXPONENTS: [[usize; 2]; MONOMIALS] = [
+    [0, 0],
+    [1, 0],
+    [0, 1],
+    [2, 0],
+    [1, 1],
+    [0, 2],
+    [3, 0],
+    [2, 1],
+    [1, 2],
+    [0, 3],
+    [4, 0],
+    [3, 1],
+    [2, 2],
+    [1, 3],
+    [0, 4],
+];
+
+/// Σ of products of every two terms, out of the sums of monomials.
+fn matrix(sums: &[f64; MONOMIALS]) -> [[f64; TERMS]; TERMS] {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let [x, y] = [0, 1].map(|axis| EXPONENTS[i][axis] + EXPONENTS[j][axis]);
+            let degree = x + y;
+            sums[degree * (degree + 1) / 2 + y]
+        })
+    })
+}
+
+/// Means over the squares of `half` cells to each side of every point of a grid, of the points that have a value; 0 where
+/// none has.
+pub(super) fn box_means(values: &[f64], has_value: &[bool], [columns, rows]: [usize; 2], half: usize) -> Vec<f64> {
+    let width = columns + 1;
+    let mut sums = vec![[0.0_f64; 2]; width * (rows + 1)];
+    for row in 0..rows {
+        let mut along = [0.0; 2];
+        for column in 0..columns {
+            let point = row * columns + column;
+            if has_value[point] {
+                along = [along[0] + values[point], along[1] + 1.0];
+            }
+            let below = sums[row * width + column + 1];
+            sums[(row + 1) * width + column + 1] = [below[0] + along[0], below[1] + along[1]];
+        }
+    }
+    (0..values.len())
+        .map(|point| {
+            let (column, row) = (point % columns, point / columns);
+            let (left, right) = (column.saturating_sub(half), (column + half + 1).min(columns));
+            let (low, high) = (row.saturating_sub(half), (row + half + 1).min(rows));
+            let at = |column: usize, row: usize| sums[row * width + column];
+            let [sum, count] = [0, 1]
+                .map(|part| at(right, high)[part] + at(left, low)[part] - at(left, high)[part] - at(right, low)[part]);
+            if count > 0.5 { sum / count } else { 0.0 }
+        })
+        .collect()
+}
+
+/// Offsets within the widest window of a grid whose cells have these sides, in units of the longer; nearest first.
+fn offsets(cell: [f32; 2]) -> Vec<Offset> {
+    let reach = WIDEST;
+    let most = cell.map(|side| (reach / side) as i32);
+    let mut offsets: Vec<Offset> = (-most[1]..=most[1])
+        .flat_map(|row| (-most[0]..=most[0]).map(move |column| [column, row]))
+        .map(|step| {
+            let [x, y] = [0, 1].map(|axis| f64::from(step[axis]) * f64::from(cell[axis]));
+            let scale = 1.0 / f64::from(WIDEST + 0.5);
+            let square = (x * x + y * y) * scale * scale;
+            let plain = EXPONENTS.map(|[i, j]| (x * scale).powi(i as i32) * (y * scale).powi(j as i32));
+            let monomials = [1.0, square, square * square].map(|factor| plain.map(|monomial| monomial * factor));
+            Offset { step, distance: x.hypot(y) as f32, before: 0, onward: Step::new(0, 0), monomials }
+        })
+        .filter(|offset| offset.distance <= reach)
+        .collect();
+    offsets.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.step.cmp(&b.step)));
+    let index_of: HashMap<[i32; 2], usize> =
+        offsets.iter().enumerate().map(|(index, offset)| (offset.step, index)).collect();
+    for offset in &mut offsets[1..] {
+        let [column, row] = offset.step;
+        let steps = column.abs().max(row.abs());
+        let nearer = |part: i32| (f64::from(part) * f64::from(steps - 1) / f64::from(steps)).round() as i32;
+        let before = [nearer(column), nearer(row)];
+        offset.before = index_of[&before];
+        offset.onward = Step::new(column - before[0], row - before[1]);
+    }
+    offsets
+}
+
+/// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's decomposition; `None` where it is nearly singular.
+fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Option<[f64; 6]> {
+    let mut lower = [[0.0; 6]; 6];
+    for row in 0..size {
+        for column in 0..=row {
+            let sum: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
+            let rest = matrix[column][row] - sum;
+            if row == column {
+                if rest <= 1e-4 * matrix[row][row] {
+                    return None;
+                }
+                lower[row][row] = rest.sqrt();
+            } else {
+                lower[row][column] = rest / lower[column][column];
+            }
+        }
+    }
+    let mut found = [0.0; 6];
+    for row in 0..size {
+        let known: f64 = (0..row).map(|k| lower[row][k] * found[k]).sum();
+        found[row] = (f64::from(u8::from(row == 0)) - known) / lower[row][row];
+    }
+    for row in (0..size).rev() {
+        let known: f64 = (row + 1..size).map(|k| lower[k][row] * found[k]).sum();
+        found[row] = (found[row] - known) / lower[row][row];
+    }
+    Some(found)
+}
+
+/// Sides of a cell, m; 1 where there is only one.
+fn cell_size(receiver: &Receiver, [columns, rows]: [usize; 2]) -> [f32; 2] {
+    let side = |to: usize, axis: usize| (receiver.points[to][axis] - receiver.points[0][axis]).abs();
+    let x = (columns > 1).then(|| side(1, 0));
+    let y = (rows > 1).then(|| side(columns, 1));
+    [x.or(y).unwrap_or(1.0), y.or(x).unwrap_or(1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weighted sums of values at a window's offsets, as a fit sees them.
+    fn fitted(degree: Degree, radius: f32, keep: impl Fn(f64, f64) -> bool, value: impl Fn(f64, f64) -> f64) -> f64 {
+        let offsets = offsets([1.0, 1.0]);
+        let window = Window::new(degree, radius, &offsets);
+        let mut sums = Sums::<1>::new();
+        for offset in &offsets[..window.count] {
+            let [x, y] = offset.step.map(f64::from);
+            if keep(x, y) {
+                sums.add(offset, &[value(x, y)]);
+            }
+        }
+        sums.fit(&window).photometric()
+    }
+
+    /// A plane is its own linear fit and a quadric its own quadratic fit, beside a wall and in a corner too.
+    #[test]
+    fn polynomials_are_reproduced() {
+        let quadric = |x: f64, y: f64| 100.0 + 3.0 * x - 2.0 * y + 0.2 * x * x - 0.3 * x * y + 0.1 * y * y;
+        let plane = |x: f64, y: f64| 100.0 + 3.0 * x - 2.0 * y;
+        let sides: [fn(f64, f64) -> bool; 3] = [|_, _| true, |x, _| x > -2.0, |x, y| x > -1.0 && y < 2.0];
+        for keep in sides {
+            for radius in [2.5, 4.0, 10.0] {
+                let found = fitted(Degree::Linear, radius, keep, plane);
+                assert!((found - 100.0).abs() < 1e-4, "linear, {radius}: {found}");
+            }
+            for radius in [5.0, 7.0, 10.0] {
+                let found = fitted(Degree::Quadratic, radius, keep, quadric);
+                assert!((found - 100.0).abs() < 1e-4, "quadratic, {radius}: {found}");
+            }
+        }
+    }
+
+    /// Where only a row of neighbours is seen no plane can be fitted, and the mean stands in: finite, and right where
+    /// light is even.
+    #[test]
+    fn a_row_of_neighbours_is_enough() {
+        for degree in [Degree::Linear, Degree::Quadratic] {
+            let found = fitted(degree, 10.0, |_, y| y == 0.0, |_, _| 42.0);
+            assert!((found - 42.0).abs() < 1e-4, "{found}");
+            let alone = fitted(degree, 10.0, |x, y| x == 0.0 && y == 0.0, |_, _| 42.0);
+            assert!((alone - 42.0).abs() < 1e-4, "{alone}");
+        }
+    }
+
+    /// Of noise of variance 1 a fit has the variance Σ weight², whether summed by weights or by moments.
+    #[test]
+    fn both_ways_to_sum_agree() {
+        let offsets = offsets([1.0, 0.7]);
+        for (degree, radius) in WINDOWS {
+            let window = Window::new(degree, radius, &offsets);
+            let mut sums = Sums::<1>::new();
+            offsets[..window.count].iter().for_each(|offset| sums.add(offset, &[1.0]));
+            let fit = sums.fit(&window);
+            assert!((f64::from(fit.squares) / window.squares - 1.0).abs() < 1e-4, "{degree:?}, {radius}");
+            assert!((fit.photometric() - 1.0).abs() < 1e-5);
+            let own = window.weights[window.weights.len() / 2];
+            assert!((f64::from(fit.own) - own).abs() < 1e-6);
+        }
+    }
+}

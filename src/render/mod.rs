@@ -1,0 +1,376 @@
+//! The main job: a scene in, illuminance of every measuring plane and sensor out.
+
+mod passes;
+mod results;
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use crate::embree::RayCaster;
+use crate::error::Error;
+use crate::gather::bandwidth::SCALES;
+use crate::gather::density::{Estimate, Search};
+use crate::gather::direct::blockers::Blockers;
+use crate::gather::direct::{DirectLight, direct_light};
+use crate::gather::reach::Reach;
+use crate::gather::receiver::{Crossings, Receiver};
+use crate::gather::smooth::{Samples, Smoother};
+use crate::gather::surroundings::{FAN, Surroundings};
+use crate::photon::flux::photometric;
+use crate::photon::random::Seed;
+use crate::photon::trace::Tally;
+use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
+use crate::report::Results;
+use crate::scene::plan::{Method, Plan};
+use crate::scene::{PlaneKind, Scene};
+
+/// Which tree holds the photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tree {
+    /// luxmap's own kd-tree.
+    Kd,
+    /// kiddo's immutable kd-tree.
+    Kiddo,
+    /// The paper's tree.
+    Paper,
+    /// No tree: every photon is looked at.
+    Brute,
+}
+
+impl Tree {
+    /// Every tree, by name.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("kd", Self::Kd), ("kiddo", Self::Kiddo), ("paper", Self::Paper), ("brute", Self::Brute)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kd => "kd",
+            Self::Kiddo => "kiddo",
+            Self::Paper => "paper",
+            Self::Brute => "brute",
+        }
+    }
+}
+
+/// What a user may choose.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Photons a pass.
+    pub photons: u64,
+    /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
+    /// [`SENSOR_RAYS`] times as many.
+    pub rays: u32,
+    /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
+    pub smooth: bool,
+    /// k; by method and number of photons where not given.
+    pub nearest: Option<usize>,
+    /// Largest search radius, m; a tenth of the scene's diagonal where not given.
+    pub radius: Option<f64>,
+    /// Passes at most; as many as `error` and `time` ask for where not given.
+    pub passes: Option<u32>,
+    /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
+    /// this, % of its mean.
+    pub error: Option<f64>,
+    /// The run ends before this wall time is over, s, but for its first pass.
+    pub time: Option<f64>,
+    /// Which tree.
+    pub tree: Tree,
+    /// Seed of all random streams.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// The settings for a plan where the user chooses nothing: one pass.
+    pub fn for_plan(plan: &Plan) -> Self {
+        let defaults = Self::of(plan.method);
+        // Caustics are few of all photons, and theirs alone.
+        let few = plan.method == Method::Gather && plan.caustics;
+        Self { photons: if few { 5 * defaults.photons } else { defaults.photons }, ..defaults }
+    }
+
+    /// The settings of a method where nothing is known of the scene: one pass.
+    pub fn of(method: Method) -> Self {
+        let photons = match method {
+            Method::Seed => 30_000,
+            Method::Gather | Method::Path => 200_000,
+            Method::Split | Method::Photons => 1_000_000,
+        };
+        Self {
+            photons,
+            rays: 8,
+            smooth: method == Method::Gather,
+            nearest: None,
+            radius: None,
+            passes: Some(1),
+            error: None,
+            time: None,
+            tree: Tree::Kd,
+            seed: 0,
+        }
+    }
+}
+
+/// Rays of a sensor for each ray of a grid point.
+pub const SENSOR_RAYS: u32 = 32;
+
+/// Hears how far a run has come.
+pub trait Progress: Sync {
+    /// A stage of `steps` steps begins.
+    fn stage(&self, name: &'static str, steps: u64);
+    /// `steps` more are done.
+    fn advance(&self, steps: u64);
+    /// A pass is over; the worst map's claimed standard error is now `percent` of its mean.
+    fn pass(&self, _passes: u32, _percent: f64) {}
+    /// Whether the run shall end after the pass in hand.
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// Hears nothing.
+impl Progress for () {
+    fn stage(&self, _: &'static str, _: u64) {}
+    fn advance(&self, _: u64) {}
+}
+
+/// Computes the illuminance of every measuring plane and sensor of a scene, on rayon's current thread pool. The same
+/// settings give the same bits for any number of threads.
+pub fn render(scene: &Scene, plan: &Plan, settings: &Settings, progress: &dyn Progress) -> Result<Results, Error> {
+    match (plan.coloured, settings.tree) {
+        (false, Tree::Kd) => Rendering::<1>::run::<KdTree>(scene, plan, settings, progress),
+        (false, Tree::Kiddo) => Rendering::<1>::run::<Kiddo>(scene, plan, settings, progress),
+        (false, Tree::Paper) => Rendering::<1>::run::<Paper>(scene, plan, settings, progress),
+        (false, Tree::Brute) => Rendering::<1>::run::<BruteForce>(scene, plan, settings, progress),
+        (true, Tree::Kd) => Rendering::<3>::run::<KdTree>(scene, plan, settings, progress),
+        (true, Tree::Kiddo) => Rendering::<3>::run::<Kiddo>(scene, plan, settings, progress),
+        (true, Tree::Paper) => Rendering::<3>::run::<Paper>(scene, plan, settings, progress),
+        (true, Tree::Brute) => Rendering::<3>::run::<BruteForce>(scene, plan, settings, progress),
+    }
+}
+
+/// Search limits of the two kinds of light; see [`Crossings`].
+#[derive(Clone, Copy)]
+struct Searches {
+    sharp: Search,
+    smooth: Search,
+}
+
+impl Searches {
+    /// Those of one map of `photons` photons.
+    fn new(method: Method, settings: &Settings, diagonal: f64, photons: f64) -> Self {
+        let radius = settings.radius.unwrap_or(0.1 * diagonal) as f32;
+        let floor = (1e-4 * diagonal) as f32;
+        // Variance falls as 1/k, squared bias grows as (k/N)²: the best k grows as N^(2/3).
+        let growing = |at_a_million: f64| {
+            let k = at_a_million * (photons / 1e6).powf(2.0 / 3.0);
+            settings.nearest.unwrap_or((k as usize).clamp(30, 5000))
+        };
+        let (sharp, smooth) = match method {
+            Method::Seed => {
+                let paper = settings.nearest.unwrap_or(100);
+                (paper, paper)
+            }
+            _ => (growing(200.0), growing(1000.0)),
+        };
+        let search = |nearest| Search { nearest, radius, floor };
+        Self { sharp: search(sharp), smooth: search(smooth) }
+    }
+
+    /// Those of pass `pass` (from 0 on): discs shrink from pass to pass, so that their bias vanishes with their noise.
+    /// R²ₙ₊₁ = R²ₙ (n + α)/(n + 1) with α = 2/3, the rate at which both vanish together (Knaus & Zwicker 2011).
+    fn of_pass(self, pass: u32) -> Self {
+        let shrunk: f64 = (1..=pass).map(|n| (f64::from(n) + 2.0 / 3.0) / (f64::from(n) + 1.0)).product();
+        let shrink = |search: Search| Search {
+            nearest: ((search.nearest as f64 * shrunk) as usize).max(search.nearest.min(20)),
+            radius: search.radius * shrunk.sqrt() as f32,
+            ..search
+        };
+        Self { sharp: shrink(self.sharp), smooth: shrink(self.smooth) }
+    }
+}
+
+/// One receiver with all that is known of it.
+struct Place<const C: usize> {
+    receiver: Receiver,
+    /// Whether it is a measuring plane on a surface.
+    on_surface: bool,
+    has_value: Vec<bool>,
+    surroundings: Vec<Surroundings>,
+    smoother: Option<Smoother>,
+    direct: Option<DirectLight<C>>,
+    /// Sums over the passes of what photon densities say at each point.
+    density: Vec<Densities<C>>,
+    /// What rays found at each point.
+    samples: Option<Samples<C>>,
+    /// Light that has bounced, as far as the passes know.
+    bounced: Vec<Estimate<C>>,
+}
+
+/// Estimates from photon densities with several k; see [`SCALES`].
+#[derive(Clone, Copy)]
+struct Densities<const C: usize> {
+    sharp: [Estimate<C>; SCALES.len()],
+    smooth: [Estimate<C>; SCALES.len()],
+}
+
+impl<const C: usize> Default for Densities<C> {
+    fn default() -> Self {
+        Self { sharp: [Estimate::DARK; SCALES.len()], smooth: [Estimate::DARK; SCALES.len()] }
+    }
+}
+
+/// A run under way.
+struct Rendering<'a, const C: usize> {
+    scene: &'a Scene,
+    plan: &'a Plan,
+    settings: &'a Settings,
+    progress: &'a dyn Progress,
+    started: Instant,
+    /// The scene's, m: walked once, since it takes all vertices.
+    diagonal: f64,
+    searches: Searches,
+    passes: u32,
+    seconds: Vec<(&'static str, f64)>,
+    gather_rays: u64,
+    photons_emitted: u64,
+    photons_stored: u64,
+    flux: Tally<C>,
+    /// Caustics of all passes so far at each receiver, where rays find the other light.
+    caustics: Vec<Crossings<C>>,
+    warnings: Vec<String>,
+}
+
+impl<'a, const C: usize> Rendering<'a, C> {
+    fn run<T: NearestPhotons>(
+        scene: &'a Scene,
+        plan: &'a Plan,
+        settings: &'a Settings,
+        progress: &'a dyn Progress,
+    ) -> Result<Results, Error> {
+        let diagonal = scene.diagonal();
+        let mut rendering = Self {
+            scene,
+            plan,
+            settings,
+            progress,
+            started: Instant::now(),
+            diagonal,
+            searches: Searches::new(plan.method, settings, diagonal, settings.photons as f64),
+            passes: 0,
+            seconds: Vec::new(),
+            gather_rays: 0,
+            photons_emitted: 0,
+            photons_stored: 0,
+            flux: Tally::default(),
+            caustics: Vec::new(),
+            warnings: scene.warnings.clone(),
+        };
+        let caster =
+            rendering.timed("build BVH", 1, |_| RayCaster::build(&scene.mesh, rayon::current_num_threads()))?;
+        let (mut places, sensors) = rendering.places(&caster);
+        if plan.shadow_rays {
+            rendering.direct(&mut places, &caster);
+        }
+        rendering.look_around(&mut places, &caster);
+        if plan.bounces {
+            rendering.passes::<T>(&mut places, &caster);
+        }
+        rendering.warn(&places);
+        Ok(rendering.results(&places, &sensors, caster.peak_memory()))
+    }
+
+    /// Runs a stage and books its wall time.
+    fn timed<R>(&mut self, name: &'static str, steps: u64, stage: impl FnOnce(&mut Self) -> R) -> R {
+        self.progress.stage(name, steps);
+        let started = Instant::now();
+        let result = stage(self);
+        let seconds = started.elapsed().as_secs_f64();
+        match self.seconds.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.seconds.push((name, seconds)),
+        }
+        result
+    }
+
+    /// Every receiver: the planes in the scene's order, then the sensors' with the sensors each serves.
+    fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
+        let scene = self.scene;
+        let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
+        let radius = self.searches.smooth.radius;
+        let mut sensors = Vec::new();
+        let planes = scene
+            .planes
+            .iter()
+            .map(|plane| (Receiver::of_plane(plane, caster, tolerance, radius), plane.kind == PlaneKind::Surface));
+        let mut receivers: Vec<(Receiver, bool)> = planes.collect();
+        for (receiver, served) in Receiver::of_sensors(scene, caster, tolerance, radius) {
+            receivers.push((receiver, false));
+            sensors.push(served);
+        }
+        let place = |(receiver, on_surface): (Receiver, bool)| {
+            let dark = vec![Estimate::DARK; receiver.len()];
+            let sampled = self.plan.bounces && self.plan.method.sends_rays();
+            Place {
+                on_surface,
+                has_value: vec![true; receiver.len()],
+                surroundings: Vec::new(),
+                smoother: None,
+                direct: None,
+                samples: sampled.then(|| Samples::new(receiver.len())),
+                density: vec![Densities::default(); receiver.len()],
+                bounced: dark,
+                receiver,
+            }
+        };
+        (receivers.into_iter().map(place).collect(), sensors)
+    }
+
+    fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
+        let steps = (places.len() * self.scene.luminaires.len()) as u64;
+        self.timed("direct light", steps, |this| {
+            let blockers = Blockers::new(&this.scene.mesh, caster);
+            for (index, place) in places.iter_mut().enumerate() {
+                let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
+                let advance = |steps| this.progress.advance(steps);
+                let light = direct_light(&this.scene.luminaires, &place.receiver, &blockers, seed, advance);
+                this.gather_rays += light.rays;
+                place.direct = Some(light);
+            }
+        });
+    }
+
+    /// Finds which points are places at all, and what is in their neighbours' way.
+    fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
+        let radius = self.searches.smooth.radius;
+        let densities = self.plan.bounces
+            && self.plan.method != Method::Seed
+            && (!self.plan.method.sends_rays() || (self.plan.photons && self.plan.caustics));
+        self.timed("look around", places.len() as u64, |this| {
+            let reach = Reach::new(this.scene, caster, Seed(this.settings.seed).branch(PURPOSE_REACH));
+            for place in places {
+                let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
+                let points = (0..receiver.len()).into_par_iter();
+                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
+                *has_value =
+                    points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
+                if densities {
+                    *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
+                    this.gather_rays += (FAN * surroundings.len()) as u64;
+                }
+                if let (Some(grid), Some(_), true) = (receiver.grid, samples, this.settings.smooth) {
+                    *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
+                    this.gather_rays += 2 * receiver.len() as u64;
+                }
+                this.progress.advance(1);
+            }
+        });
+    }
+}
+
+/// Purposes of random streams, so that none draws another's numbers.
+const PURPOSE_PHOTONS: u64 = 1;
+const PURPOSE_SHADOWS: u64 = 2;
+const PURPOSE_REACH: u64 = 3;
+const PURPOSE_SIGHT: u64 = 4;

@@ -1,0 +1,239 @@
+//! What a run found, put into words and maps.
+
+use glam::DVec3;
+
+use super::{Place, Rendering};
+use crate::embree::RELATIVE_OFFSET;
+use crate::gather::density::Estimate;
+use crate::gather::direct::DirectLight;
+use crate::luminaire::{Luminaire, Opening};
+use crate::photon::flux::photometric;
+use crate::photon::trace::Tally;
+use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading};
+use crate::scene::plan::Method;
+use crate::scene::{MeasuringPlane, PlaneKind, Scene};
+use crate::units::Lumens;
+
+impl<const C: usize> Rendering<'_, C> {
+    /// Says what a user ought to know about this run.
+    pub(super) fn warn(&mut self, places: &[Place<C>]) {
+        for (plane, place) in self.scene.planes.iter().zip(places) {
+            let missed = |point: &usize| place.has_value[*point] && !place.receiver.is_on_surface(*point);
+            let missed = (0..plane.len()).filter(missed).count();
+            if plane.kind == PlaneKind::Surface && missed > 0 {
+                self.warnings.push(format!(
+                    "plane \"{}\": {missed} of {} points have no surface within {:.1} mm; expected on = \"air\" there",
+                    plane.name,
+                    plane.len(),
+                    1e3 * place.receiver.tolerance,
+                ));
+            }
+            if place.has_value.iter().all(|has_value| !has_value) {
+                self.warnings.push(format!(
+                    "plane \"{}\": no light can arrive at any point; along × across points to the measured side, and some \
+                     luminaire has to shine into the same space",
+                    plane.name
+                ));
+            }
+            let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let unmet = (0..plane.len()).filter(unmet).count();
+            if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+                self.warnings.push(format!(
+                    "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0 ± 0; \
+                     expected more photons or a larger radius",
+                    plane.name,
+                    plane.len(),
+                    self.searches.smooth.radius,
+                ));
+            }
+        }
+        if self.plan.method == Method::Path && self.plan.caustics {
+            let point = |luminaire: &Luminaire| matches!(luminaire.opening, Opening::Point { .. });
+            self.warnings.push(if self.scene.luminaires.iter().any(point) {
+                "method path never meets a luminaire without extent in a mirror or behind glass: that light is missing; \
+                 expected another method, or an opening".to_owned()
+            } else {
+                "method path meets small luminaires in mirrors and glass only by chance: caustics may be wrong by more than \
+                 is claimed; expected another method".to_owned()
+            });
+        }
+        let (reach, detail) = (self.scene.half_extent(), self.scene.smallest_detail());
+        let step = f64::from(RELATIVE_OFFSET) * reach;
+        if step > 0.1 * detail {
+            self.warnings.push(format!(
+                "the scene reaches {reach:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less than a \
+                 tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?"
+            ));
+        }
+        let cut_off = photometric(self.flux.cut_off) / photometric(self.flux.emitted).max(f64::MIN_POSITIVE);
+        if cut_off > 0.0 {
+            self.warnings.push(format!(
+                "{:.3} % of the flux was still under way after {} bounces and was cut off: illuminance is too low",
+                100.0 * cut_off,
+                crate::photon::trace::BOUNCE_CAP,
+            ));
+        }
+    }
+
+    pub(super) fn results(self, places: &[Place<C>], sensors: &[Vec<usize>], bvh_memory: u64) -> Results {
+        let flux = self.mean_balance();
+        let scene = self.scene;
+        let maps = scene.planes.iter().zip(places).map(|(plane, place)| self.map(plane, place)).collect();
+        let mut readings: Vec<(usize, SensorReading)> = places[scene.planes.len()..]
+            .iter()
+            .zip(sensors)
+            .flat_map(|(place, served)| served.iter().enumerate().map(move |(point, &sensor)| (sensor, place, point)))
+            .map(|(sensor, place, point)| (sensor, self.reading(sensor, place, point)))
+            .collect();
+        readings.sort_by_key(|(sensor, _)| *sensor);
+        let lumens = |channels| Lumens(photometric(channels));
+        let run = Run {
+            scene: scene.name.clone(),
+            scene_hash: scene.hash.clone(),
+            method: self.plan.method.name().into(),
+            tree: self.settings.tree.name().into(),
+            photons_emitted: self.photons_emitted,
+            photons_stored: self.photons_stored,
+            passes: self.passes,
+            nearest: self.searches.smooth.nearest,
+            radius: f64::from(self.searches.smooth.radius),
+            seed: self.settings.seed,
+            threads: rayon::current_num_threads(),
+            seconds: self.seconds.clone(),
+            total_seconds: self.started.elapsed().as_secs_f64(),
+            photon_rays: flux.rays,
+            gather_rays: self.gather_rays,
+            left_out: left_out(places),
+            flux: FluxBalance {
+                emitted: lumens(flux.emitted),
+                absorbed: lumens(flux.absorbed),
+                escaped: lumens(flux.escaped),
+                cut_off: lumens(flux.cut_off),
+            },
+            peak_memory: peak_memory(),
+            bvh_memory,
+            triangles: scene.mesh.triangles.len(),
+            luminaires: scene.luminaires.len(),
+            warnings: self.warnings.clone(),
+        };
+        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect() }
+    }
+
+    /// Flux balance of a pass, the mean over all.
+    fn mean_balance(&self) -> Tally<C> {
+        let mut mean = self.flux;
+        let passes = f64::from(self.passes.max(1));
+        for part in [&mut mean.emitted, &mut mean.absorbed, &mut mean.escaped, &mut mean.cut_off] {
+            *part = part.map(|channel| channel / passes);
+        }
+        mean
+    }
+
+    fn map(&self, plane: &MeasuringPlane, place: &Place<C>) -> IlluminanceMap {
+        let cells: Vec<Cell<C>> = (0..plane.len()).map(|point| Cell::of(place, point)).collect();
+        let origin = plane.corner + self.scene.centre;
+        IlluminanceMap {
+            name: plane.name.clone(),
+            corner: origin,
+            along: plane.along,
+            across: plane.across,
+            cells: plane.cells,
+            illuminance: cells.iter().map(|cell| photometric(cell.value)).collect(),
+            rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
+            direct: place.direct.is_some().then(|| cells.iter().map(|cell| photometric(cell.direct)).collect()),
+            standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
+            has_value: place.has_value.clone(),
+            outlines: outlines(self.scene, plane),
+        }
+    }
+
+    fn reading(&self, sensor: usize, place: &Place<C>, point: usize) -> SensorReading {
+        let cell = Cell::of(place, point);
+        let sensor = &self.scene.sensors[sensor];
+        SensorReading {
+            name: sensor.name.clone(),
+            position: sensor.position + self.scene.centre,
+            normal: sensor.normal,
+            illuminance: photometric(cell.value),
+            rgb: self.plan.coloured.then(|| cell.rgb()),
+            standard_error: cell.variance.sqrt(),
+            target: sensor.target,
+            has_value: place.has_value[point],
+        }
+    }
+}
+
+/// Direct light and what has bounced, of one point together.
+pub(super) struct Cell<const C: usize> {
+    pub(super) value: [f64; C],
+    direct: [f64; C],
+    pub(super) variance: f64,
+}
+
+impl<const C: usize> Cell<C> {
+    pub(super) fn of(place: &Place<C>, point: usize) -> Self {
+        if !place.has_value[point] {
+            return Self { value: [0.0; C], direct: [0.0; C], variance: 0.0 };
+        }
+        let bounced = place.bounced[point];
+        let (direct, spread) =
+            place.direct.as_ref().map_or(([0.0; C], 0.0), |light| (light.value[point], light.variance[point]));
+        let value = std::array::from_fn(|c| bounced.value[c] + direct[c]);
+        Self { value, direct, variance: bounced.variance + spread }
+    }
+
+    /// The same with no error but that of direct light.
+    pub(super) fn of_direct(place: &Place<C>, point: usize) -> Self {
+        let spread = place.direct.as_ref().map_or(0.0, |light| light.variance[point]);
+        Self { variance: spread, ..Self::of(place, point) }
+    }
+
+    fn rgb(&self) -> [f64; 3] {
+        std::array::from_fn(|c| self.value[if C == 1 { 0 } else { c }])
+    }
+}
+
+/// Mean and largest share of a point's light that weak luminaires may have brought: of the worst receiver.
+fn left_out<const C: usize>(places: &[Place<C>]) -> [f64; 2] {
+    let shares = places.iter().filter_map(|place| place.direct.as_ref()).map(DirectLight::left_out_share);
+    shares.fold([0.0; 2], |[mean, most], share| [mean.max(share[0]), most.max(share[1])])
+}
+
+/// Outlines of the flat openings, in metres along and across the plane.
+fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
+    let (along, across) = (plane.along.normalize(), plane.across.normalize());
+    let flat = |corners: &[DVec3]| -> Vec<[f64; 2]> {
+        corners
+            .iter()
+            .map(|&corner| [(corner - plane.corner).dot(along), (corner - plane.corner).dot(across)])
+            .collect()
+    };
+    scene
+        .luminaires
+        .iter()
+        .flat_map(|luminaire| match &luminaire.opening {
+            Opening::Point { .. } => Vec::new(),
+            Opening::Rectangle { centre, half_width: w, half_depth: d } => {
+                vec![flat(&[*centre - *w - *d, *centre + *w - *d, *centre + *w + *d, *centre - *w + *d])]
+            }
+            Opening::Disc { centre, aim, radius } => {
+                let (x, y) = aim.any_orthonormal_pair();
+                let rim = |step: usize| {
+                    let angle = std::f64::consts::TAU * step as f64 / 48.0;
+                    *centre + (x * angle.cos() + y * angle.sin()) * *radius
+                };
+                vec![flat(&(0..48).map(rim).collect::<Vec<_>>())]
+            }
+            Opening::Triangles(triangles) => triangles.iter().map(|corners| flat(corners)).collect(),
+        })
+        .collect()
+}
+
+/// Peak memory of this process, bytes; 0 where the system doesn't say.
+fn peak_memory() -> u64 {
+    let kilobytes = |status: String| {
+        let line = status.lines().find(|line| line.starts_with("VmHWM:"))?.to_owned();
+        line.split_whitespace().nth(1)?.parse::<u64>().ok()
+    };
+    std::fs::read_to_string("/proc/self/status").ok().and_then(kilobytes).map_or(0, |kb| kb * 1024)
+}

@@ -1,0 +1,444 @@
+//! Charts as inline SVG, drawn to be read on a phone as well; colours come from the page's style.
+
+use std::fmt::Write as _;
+
+use crate::report::html::escape;
+use crate::report::number::round_to;
+
+/// Size of a chart in its own units; text is 13 of them high.
+const WIDTH: f64 = 430.0;
+const HEIGHT: f64 = 330.0;
+const LEFT: f64 = 54.0;
+const TOP: f64 = 30.0;
+const BOTTOM: f64 = 44.0;
+/// Height of a line of text, and mean width of a letter.
+const LINE: f64 = 15.0;
+const LETTER: f64 = 7.7;
+
+/// How values become places.
+#[derive(Clone, Copy)]
+enum Scale {
+    Logarithmic,
+    /// Linear around 0, logarithmic beyond the threshold.
+    Symmetric(f64),
+}
+
+impl Scale {
+    fn apply(self, value: f64) -> f64 {
+        match self {
+            Self::Logarithmic => value.ln(),
+            Self::Symmetric(threshold) => (value / threshold).asinh(),
+        }
+    }
+}
+
+/// One axis of a chart.
+pub(super) struct Axis {
+    title: String,
+    unit: &'static str,
+    scale: Scale,
+    low: f64,
+    high: f64,
+}
+
+impl Axis {
+    /// A logarithmic axis with room around the positive ones of `values`.
+    pub(super) fn logarithmic(title: &str, unit: &'static str, values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = values
+            .filter(|value| *value > 0.0 && value.is_finite())
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = if high > 0.0 { (low, high) } else { (1.0, 1.0) };
+        let room = (2.0 / (high / low).sqrt()).max(1.3); // at least a factor of four in all
+        Self { title: title.into(), unit, scale: Scale::Logarithmic, low: low / room, high: high * room }
+    }
+
+    /// An axis of both signs around 0.
+    pub(super) fn symmetric(
+        title: &str,
+        unit: &'static str,
+        threshold: f64,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((-2.0 * threshold, 2.0 * threshold), |(low, high), value| (low.min(value), high.max(value)));
+        Self { title: title.into(), unit, scale: Scale::Symmetric(threshold), low: 1.4 * low, high: 1.4 * high }
+    }
+
+    /// The least and the largest value that has a place.
+    pub(super) fn ends(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
+    /// Place of a value between 0 and 1, beyond them outside the axis.
+    fn share(&self, value: f64) -> f64 {
+        let [low, high] = [self.low, self.high].map(|end| self.scale.apply(end));
+        (self.scale.apply(value) - low) / (high - low)
+    }
+
+    /// Round values on the axis, and whether there is room for their text: 1, 2 and 5 in every decade.
+    fn ticks(&self, length: f64, gap: f64) -> Vec<(f64, bool)> {
+        let (signs, least): (&[f64], f64) = match self.scale {
+            Scale::Logarithmic => (&[1.0], self.low),
+            Scale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
+        };
+        let decades = least.log10().floor() as i32 - 1..=self.high.abs().max(self.low.abs()).log10().ceil() as i32;
+        let zero = matches!(self.scale, Scale::Symmetric(_)).then_some(0.0);
+        let candidates = zero.into_iter().chain([1.0, 5.0, 2.0].into_iter().flat_map(|digit| {
+            decades
+                .clone()
+                .flat_map(move |decade| signs.iter().map(move |sign| sign * round_to(digit * 10f64.powi(decade), 1)))
+        }));
+        let mut ticks: Vec<(f64, bool)> = Vec::new();
+        for value in candidates.filter(|value| (0.0..=1.0).contains(&self.share(*value))) {
+            let near = |other: f64| (self.share(other) - self.share(value)).abs() * length < gap;
+            let room = !ticks.iter().any(|&(other, labelled)| labelled && near(other));
+            ticks.push((value, room));
+        }
+        ticks
+    }
+
+    /// A tick's text, in plain decimals.
+    fn text(&self, value: f64) -> String {
+        let sign = match self.scale {
+            Scale::Symmetric(_) if value > 0.0 => "+",
+            _ if value < 0.0 => "−",
+            _ => "",
+        };
+        format!("{sign}{} {}", value.abs(), self.unit)
+    }
+}
+
+/// A point of a series.
+pub(super) struct Mark {
+    pub(super) at: [f64; 2],
+    /// Half the length of the bar up and down, in units of y.
+    pub(super) spread: Option<f64>,
+    /// Not to be trusted as much as others.
+    pub(super) hollow: bool,
+    /// What a pointer that rests on it gets to read.
+    pub(super) hint: String,
+}
+
+/// Where a series' name stands.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Side {
+    /// Left of its last point.
+    Left,
+    /// Right of its last point.
+    Right,
+    /// Right of the frame, as high as its last point.
+    Outside,
+}
+
+/// Points joined by a line, with their name at the end.
+pub(super) struct Series {
+    /// Number of its colour and shape.
+    pub(super) hue: usize,
+    /// Number among the series of that colour.
+    pub(super) dash: usize,
+    pub(super) label: String,
+    pub(super) side: Side,
+    pub(super) marks: Vec<Mark>,
+}
+
+/// Axes, what lies under the curves, and the curves.
+pub(super) struct Chart {
+    x: Axis,
+    y: Axis,
+    right: f64,
+    under: String,
+    over: String,
+}
+
+impl Chart {
+    /// An empty chart with room for names of so many letters at its right.
+    pub(super) fn new(x: Axis, y: Axis, letters: usize) -> Self {
+        let right = (14.0 + LETTER * letters as f64).clamp(20.0, 130.0);
+        Self { x, y, right, under: String::new(), over: String::new() }
+    }
+
+    fn plot_width(&self) -> f64 {
+        WIDTH - LEFT - self.right
+    }
+
+    /// Place of a point.
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let height = HEIGHT - TOP - BOTTOM;
+        [LEFT + self.plot_width() * self.x.share(x), TOP + height * (1.0 - self.y.share(y))]
+    }
+
+    /// A straight line between two points, cut at the frame.
+    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
+        let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
+        let _ = writeln!(
+            self.under,
+            "<line class=\"{class}\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>"
+        );
+    }
+
+    /// A filled polygon, cut at the frame.
+    pub(super) fn area(&mut self, corners: &[[f64; 2]], class: &str) {
+        let corners: Vec<String> =
+            corners.iter().map(|&corner| self.place(corner)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(self.under, "<polygon class=\"{class}\" points=\"{}\"/>", corners.join(" "));
+    }
+
+    /// Text `offset` right of and below a point, which it ends at or begins with.
+    pub(super) fn note(&mut self, at: [f64; 2], offset: [f64; 2], ends: bool, text: &str) {
+        let [x, y] = self.place(at);
+        let anchor = if ends { "end" } else { "start" };
+        let (x, y) = (x + offset[0], y + offset[1]);
+        let _ = writeln!(
+            self.over,
+            "<text class=\"note\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
+            escape(text)
+        );
+    }
+
+    /// Draws all series, then their names, so that no name hides under a curve or on another name.
+    pub(super) fn series(&mut self, all: &[Series]) {
+        let mut names: Vec<Name> = Vec::new();
+        for series in all {
+            let places: Vec<[f64; 2]> = series.marks.iter().map(|mark| self.place(mark.at)).collect();
+            let path: Vec<String> = places.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+            let Series { hue, dash, .. } = series;
+            let _ = writeln!(
+                self.over,
+                "<g class=\"m{hue} d{dash}\">\n<polyline class=\"curve\" points=\"{}\"/>",
+                path.join(" ")
+            );
+            for (mark, &[x, y]) in series.marks.iter().zip(&places) {
+                if let Some(spread) = mark.spread {
+                    let [top, bottom] =
+                        [mark.at[1] + spread, mark.at[1] - spread].map(|y| self.place([mark.at[0], y])[1]);
+                    let _ = writeln!(
+                        self.over,
+                        "<line class=\"spread\" x1=\"{x:.1}\" y1=\"{top:.1}\" x2=\"{x:.1}\" y2=\"{bottom:.1}\"/>"
+                    );
+                }
+                let class = if mark.hollow { "mark hollow" } else { "mark" };
+                let (shape, hint) = (shape(*hue), escape(&mark.hint));
+                let _ = writeln!(
+                    self.over,
+                    "<path class=\"{class}\" transform=\"translate({x:.1} {y:.1})\" d=\"{shape}\"><title>{hint}</title></path>"
+                );
+            }
+            self.over += "</g>\n";
+            if let Some(&[x, y]) = places.last() {
+                let width = LETTER * series.label.chars().count() as f64;
+                let x = match series.side {
+                    Side::Left if x - 10.0 - width > LEFT => x - 10.0 - width,
+                    Side::Left | Side::Right => x + 10.0,
+                    Side::Outside => LEFT + self.plot_width() + 8.0,
+                };
+                names.push(Name { x, y: y + 4.5, width, hue: *hue, text: series.label.clone() });
+            }
+        }
+        for name in apart(names) {
+            let Name { x, y, hue, text, .. } = name;
+            let text = escape(&text);
+            let _ = writeln!(self.over, "<text class=\"name m{hue}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>");
+        }
+    }
+
+    /// The chart, with what it shows in words.
+    pub(super) fn svg(&self, description: &str) -> String {
+        let (width, height) = (self.plot_width(), HEIGHT - TOP - BOTTOM);
+        let (right, bottom) = (LEFT + width, TOP + height);
+        let mut grid = String::new();
+        for (value, labelled) in self.x.ticks(width, 46.0) {
+            let x = LEFT + width * self.x.share(value);
+            let class = if labelled { "grid" } else { "grid fine" };
+            let _ =
+                writeln!(grid, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{TOP}\" x2=\"{x:.1}\" y2=\"{bottom}\"/>");
+            if labelled {
+                let text = self.x.text(value);
+                let _ = writeln!(
+                    grid,
+                    "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
+                    bottom + 17.0
+                );
+            }
+        }
+        for (value, labelled) in self.y.ticks(height, 18.0) {
+            let y = TOP + height * (1.0 - self.y.share(value));
+            let class = if value == 0.0 {
+                "grid zero"
+            } else if labelled {
+                "grid"
+            } else {
+                "grid fine"
+            };
+            let _ =
+                writeln!(grid, "<line class=\"{class}\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right:.1}\" y2=\"{y:.1}\"/>");
+            if labelled {
+                let (x, y, text) = (LEFT - 6.0, y + 4.5, self.y.text(value));
+                let _ = writeln!(grid, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>");
+            }
+        }
+        let (x_title, y_title) = (escape(&self.x.title), escape(&self.y.title));
+        let title_y = HEIGHT - 8.0;
+        let Self { under, over, .. } = self;
+        // An inner picture with the same coordinates cuts what lies under the curves.
+        format!(
+            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{grid}\
+             <text class=\"axis\" x=\"4\" y=\"16\">{y_title}</text>\n\
+             <text class=\"axis\" x=\"{right:.1}\" y=\"{title_y}\" text-anchor=\"end\">{x_title}</text>\n\
+             <svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\" \
+             viewBox=\"{LEFT} {TOP} {width:.1} {height}\">\n{under}</svg>\n{over}</svg>\n",
+            escape(description),
+        )
+    }
+}
+
+/// A name with its place: left end of the baseline.
+struct Name {
+    x: f64,
+    y: f64,
+    width: f64,
+    hue: usize,
+    text: String,
+}
+
+/// Moves names down until none covers another.
+fn apart(mut names: Vec<Name>) -> Vec<Name> {
+    names.sort_by(|a, b| a.y.total_cmp(&b.y));
+    let mut placed: Vec<Name> = Vec::new();
+    for mut name in names {
+        let covers = |name: &Name, other: &Name| {
+            name.x < other.x + other.width && other.x < name.x + name.width && (name.y - other.y).abs() < LINE - 0.01
+        };
+        while let Some(other) = placed.iter().find(|other| covers(&name, other)) {
+            name.y = other.y + LINE;
+        }
+        placed.push(name);
+    }
+    placed
+}
+
+/// Outline of a mark around the origin: colour alone must not tell methods apart.
+fn shape(hue: usize) -> &'static str {
+    match hue % 5 {
+        0 => "M-4.5,0a4.5,4.5 0 1,0 9,0a4.5,4.5 0 1,0 -9,0z",
+        1 => "M-4,-4h8v8h-8z",
+        2 => "M0,-5.5L5.5,0L0,5.5L-5.5,0z",
+        3 => "M0,-5.2L5,4L-5,4z",
+        _ => "M0,5.2L5,-4L-5,-4z",
+    }
+}
+
+/// A bar of parts that add up to a whole.
+pub(super) struct Bar {
+    /// Number of its group's colour.
+    pub(super) hue: usize,
+    pub(super) label: String,
+    pub(super) parts: Vec<f64>,
+    /// What stands right of it.
+    pub(super) total: String,
+}
+
+/// Bars of equal length, one below the other, each divided into the shares of its parts.
+pub(super) fn shares(names: &[&str], bars: &[Bar], description: &str) -> String {
+    const STEP: f64 = 21.0;
+    let letters = bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as f64;
+    let (left, right) = ((8.0 + LETTER * letters).min(180.0), 60.0);
+    let width = WIDTH - left - right;
+    let used: Vec<usize> = (0..names.len()).filter(|&i| bars.iter().any(|bar| bar.parts[i] > 0.0)).collect();
+    let mut svg = String::new();
+    let (mut x, mut y) = (4.0, 14.0);
+    for &part in &used {
+        let needed = 30.0 + LETTER * names[part].chars().count() as f64;
+        if x + needed > WIDTH {
+            (x, y) = (4.0, y + 19.0);
+        }
+        let _ = writeln!(
+            svg,
+            "<rect class=\"s{part}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"11\" height=\"11\"/><text x=\"{:.1}\" y=\"{y:.1}\">{}</text>",
+            y - 10.0,
+            x + 16.0,
+            escape(names[part])
+        );
+        x += needed;
+    }
+    let first = y + 12.0;
+    for (row, bar) in bars.iter().enumerate() {
+        let gap = 7.0 * (1..=row).filter(|&above| bars[above].hue != bars[above - 1].hue).count() as f64;
+        let y = first + STEP * row as f64 + gap;
+        let baseline = y + 13.5;
+        let (hue, label, total) = (bar.hue, escape(&bar.label), escape(&bar.total));
+        let _ = writeln!(svg, "<text class=\"row m{hue}\" x=\"4\" y=\"{baseline:.1}\">{label}</text>");
+        let whole: f64 = bar.parts.iter().sum();
+        let mut x = left;
+        for &part in &used {
+            let length = if whole > 0.0 { width * bar.parts[part] / whole } else { 0.0 };
+            if length > 0.0 {
+                let share = 100.0 * bar.parts[part] / whole;
+                let name = escape(names[part]);
+                let _ = writeln!(
+                    svg,
+                    "<rect class=\"s{part}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{length:.1}\" height=\"18\"><title>{name} {share:.0} %</title></rect>"
+                );
+                if length > 14.0 + 6.2 * names[part].chars().count() as f64 {
+                    let middle = x + length / 2.0;
+                    let _ = writeln!(
+                        svg,
+                        "<text class=\"part\" x=\"{middle:.1}\" y=\"{baseline:.1}\" text-anchor=\"middle\">{name}</text>"
+                    );
+                }
+            }
+            x += length;
+        }
+        let _ = writeln!(svg, "<text x=\"{WIDTH}\" y=\"{baseline:.1}\" text-anchor=\"end\">{total}</text>");
+    }
+    let gaps = 7.0 * bars.windows(2).filter(|pair| pair[0].hue != pair[1].hue).count() as f64;
+    let height = first + STEP * bars.len() as f64 + gaps;
+    let description = escape(description);
+    format!("<svg viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{description}\">\n{svg}</svg>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, length: f64, gap: f64) -> Vec<String> {
+        let mut ticks: Vec<f64> =
+            axis.ticks(length, gap).into_iter().filter(|tick| tick.1).map(|tick| tick.0).collect();
+        ticks.sort_by(f64::total_cmp);
+        ticks.into_iter().map(|value| axis.text(value)).collect()
+    }
+
+    #[test]
+    fn ticks_are_plain_decimals_with_room_between() {
+        let seconds = Axis::logarithmic("t", "s", [0.19, 4.0].into_iter());
+        assert_eq!(labels(&seconds, 300.0, 40.0), ["0.2 s", "0.5 s", "1 s", "2 s", "5 s"]);
+        let decades = Axis::logarithmic("t", "s", [0.01, 1000.0].into_iter());
+        assert_eq!(labels(&decades, 300.0, 40.0), ["0.01 s", "0.1 s", "1 s", "10 s", "100 s", "1000 s"]);
+        let bias = Axis::symmetric("b", "%", 0.1, [-0.3, 8.0].into_iter());
+        assert_eq!(
+            labels(&bias, 256.0, 18.0),
+            ["−0.2 %", "−0.1 %", "0 %", "+0.1 %", "+0.2 %", "+0.5 %", "+1 %", "+2 %", "+5 %", "+10 %"]
+        );
+    }
+
+    #[test]
+    fn an_axis_of_no_or_one_value_still_has_room() {
+        for values in [vec![], vec![0.0], vec![3.0]] {
+            let axis = Axis::logarithmic("t", "s", values.into_iter());
+            let [low, high] = axis.ends();
+            assert!((high / low - 4.0).abs() < 1e-9 && low > 0.0, "{low} … {high}");
+        }
+    }
+
+    #[test]
+    fn names_do_not_cover_each_other() {
+        let name = |x, y| Name { x, y, width: 40.0, hue: 0, text: String::new() };
+        let placed = apart(vec![name(0.0, 10.0), name(10.0, 12.0), name(30.0, 20.0), name(100.0, 11.0)]);
+        for (i, a) in placed.iter().enumerate() {
+            for b in &placed[..i] {
+                assert!((a.x - b.x).abs() >= 40.0 || (a.y - b.y).abs() >= LINE - 0.01);
+            }
+        }
+        assert!(placed.iter().any(|name| (name.x, name.y) == (100.0, 11.0)), "one that has room stays");
+    }
+}
