@@ -312,6 +312,13 @@ fn plan_tells_what_a_scene_needs() {
     let grey = plan(&sound());
     says(&grey, "left out three channels", "no material and no luminaire is coloured: one does");
     says(&grey, "used     passes", "such as off wall");
+    assert!(!grey.contains("--method path"), "{grey}");
+    let corner = plan(
+        &sound()
+            .replace("along = [4, 0, 0]", "along = [0.2, 0, 0]")
+            .replace("across = [0, 3, 0]", "across = [0, 0.2, 0]"),
+    );
+    says(&corner, "used     photons of the whole scene", "asks only for what they see");
     let coloured = plan(&sound().replace("= 0.5", "= [0.5, 0.1, 0.1]"));
     says(&coloured, "used     three channels", "material wall is coloured");
     let black = plan(&sound().replace("reflectance = 0.5", "reflectance = 0"));

@@ -78,6 +78,15 @@ impl Scene {
         cells.chain(openings).fold(f64::INFINITY, f64::min)
     }
 
+    /// Area of all measuring planes as a share of the largest face of the box around everything. Cost: O(vertices).
+    pub fn measured_share(&self) -> f64 {
+        let (low, high) = self.bounds();
+        let size = high - low;
+        let face = (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
+        let planes: f64 = self.planes.iter().map(|plane| plane.along.cross(plane.across).length()).sum();
+        if face > 0.0 && !self.planes.is_empty() { planes / face } else { 1.0 }
+    }
+
     /// Lowest and highest corner of the box around everything; zeros for a scene of nothing.
     fn bounds(&self) -> (DVec3, DVec3) {
         let vertices = self.mesh.vertices.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()));

@@ -52,6 +52,10 @@ impl Method {
     }
 }
 
+/// Photons light the whole scene, paths only what is looked at: below this share of the scene that the planes cover, a
+/// photon's chance to matter is so small that paths are worth a try.
+const SMALL_SHARE: f64 = 0.02;
+
 /// What a run does and leaves out.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -119,6 +123,14 @@ impl Plan {
                 Method::Gather => decide(true, "rays from the points", why("ends them where photons know the light")),
                 _ => decide(false, "rays from the points", why("takes the photons' density there")),
             };
+            let share = scene.measured_share();
+            if photons && share < SMALL_SHARE {
+                let share = 100.0 * share;
+                let why = format!(
+                    "planes cover {share:.2} % of the scene: --method path --smooth on asks only for what they see"
+                );
+                decide(true, "photons of the whole scene", why);
+            }
         }
         let shiny = scene.materials.iter().find(|material| material.is_specular());
         let caustics = match shiny {
