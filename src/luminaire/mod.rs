@@ -3,6 +3,7 @@
 pub(crate) mod colour;
 pub mod emit;
 pub(crate) mod frame;
+pub mod intensity;
 
 use glam::DVec3;
 
