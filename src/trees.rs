@@ -26,6 +26,8 @@ pub const TREES: [Tree; 3] = [Tree::Kd, Tree::Kiddo, Tree::Paper];
 const ROUNDS: usize = 5;
 /// What the slowest contender's turn may take, s: queries are left out where it would take longer.
 const TURN: f64 = 0.06;
+/// What any contender's turn takes at least, s.
+const SHORTEST_TURN: f64 = 0.02;
 /// Points of a grid asked for, at most: whole runs of it, in scan order.
 const GRID_POINTS: usize = 4320;
 /// Photons whose places are asked for.
@@ -168,6 +170,11 @@ impl Pools {
         &self.0[self.0.len() - 1]
     }
 
+    /// The pool of one thread, or of all where that is one.
+    fn one(&self) -> &rayon::ThreadPool {
+        &self.0[0]
+    }
+
     fn iter(&self) -> impl Iterator<Item = &rayon::ThreadPool> {
         self.0.iter()
     }
@@ -222,7 +229,7 @@ impl Settings {
             let build = pool.install(|| build_seconds(&self.trees, &sample.photons));
             for queries in Queries::ALL {
                 for &call in &calls {
-                    let seconds = pool.install(|| query_seconds(&trees, call, sample.reach, sample.queries(queries)));
+                    let seconds = pool.install(|| compare_queries(&trees, call, sample.reach, sample.queries(queries)));
                     let entry = |(tree, (build, query)): (&dyn Contender, (&f64, f64))| Entry {
                         tree: tree.tree(),
                         build_seconds: *build,
@@ -270,14 +277,30 @@ fn build_seconds(trees: &[Tree], photons: &Photons<1>) -> Vec<f64> {
 }
 
 /// Median seconds a query; the trees take turns.
-fn query_seconds(trees: &[Box<dyn Contender>], call: Call, reach: f32, points: &[[f32; 3]]) -> Vec<f64> {
-    let time =
-        |tree: &dyn Contender, points: &[[f32; 3]]| seconds(|| tree.answer(call, reach, points)) / points.len() as f64;
-    // A short turn, which also fills the caches, tells how many points there is time for.
-    let few = spread(points, RUN);
-    let slowest = trees.iter().map(|tree| time(&**tree, &few)).fold(f64::MIN_POSITIVE, f64::max);
+fn compare_queries(trees: &[Box<dyn Contender>], call: Call, reach: f32, points: &[[f32; 3]]) -> Vec<f64> {
+    let slowest = trees.iter().map(|tree| pace(&**tree, call, reach, points)).fold(f64::MIN_POSITIVE, f64::max);
     let points = spread(points, (TURN / slowest) as usize);
-    medians(trees, ROUNDS, |tree| time(&**tree, &points))
+    medians(trees, ROUNDS, |tree| query_seconds(&**tree, call, reach, &points))
+}
+
+/// Seconds a query, about: a short turn, which also fills the caches.
+fn pace(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f64 {
+    let few = spread(points, RUN);
+    seconds(|| tree.answer(call, reach, &few)).max(1e-9) / few.len() as f64
+}
+
+/// Seconds a query in one turn: the points are asked for again and again until [`SHORTEST_TURN`] is over, and what threads
+/// need to wake up hardly counts.
+fn query_seconds(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f64 {
+    let started = Instant::now();
+    for times in 1_usize.. {
+        tree.answer(call, reach, points);
+        let taken = started.elapsed().as_secs_f64();
+        if taken >= SHORTEST_TURN {
+            return taken / (times * points.len()) as f64;
+        }
+    }
+    unreachable!("time goes on")
 }
 
 /// Wall time of some work, s; what comes of it is dropped afterwards.

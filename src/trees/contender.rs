@@ -97,7 +97,7 @@ impl<T: NearestPhotons> Contender for Holding<T> {
     }
 
     fn answer(&self, call: Call, reach: f32, points: &[[f32; 3]]) {
-        let piece = points.len().div_ceil(4 * rayon::current_num_threads()).max(1);
+        let piece = points.len().div_ceil(16 * rayon::current_num_threads()).max(64);
         points.par_chunks(piece).for_each(|points| {
             let mut scratch = self.map.scratch();
             for &at in points {

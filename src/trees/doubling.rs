@@ -3,12 +3,14 @@
 
 use super::contender::{Call, Contender, hold};
 use super::sets::{CELLS, Landings};
-use super::{Disagreement, Pools, Sample, Set, agreement, medians, seconds};
+use super::{Disagreement, Pools, Sample, Set, agreement, medians, pace, query_seconds, seconds, spread};
 use crate::gather::receiver::Photons;
 use crate::render::{Progress, Tree};
 
 /// Turns of each contender.
 const ROUNDS: usize = 3;
+/// What a turn on one thread may take, s: where all pixels would take longer, evenly spread runs of them stand for all.
+const TURN: f64 = 0.5;
 
 /// What is doubled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +98,7 @@ pub struct Doubling {
     pub tree: Tree,
     /// To build the photon map, s.
     pub build_seconds: f64,
-    /// To sum the k nearest at every pixel, s.
+    /// To sum the k nearest at every pixel, s; of a slow tree from a part of the pixels.
     pub gather_seconds: f64,
     /// One thread's gather time ÷ this one.
     pub speed_up: f64,
@@ -156,10 +158,18 @@ fn point(
     let sample = Sample { photons: photons.clone(), floor, random: Vec::new(), reach };
     pools.all().install(|| agreement::check(Set::Scene.name(), &sample, &maps, &[call]))?;
 
-    let askers: Vec<(&rayon::ThreadPool, &dyn Contender)> =
-        maps.iter().flat_map(|map| pools.iter().map(move |pool| (pool, &**map))).collect();
-    let gather =
-        medians(&askers, ROUNDS, |&(pool, map)| seconds(|| pool.install(|| map.answer(call, reach, &sample.floor))));
+    let asked: Vec<Vec<[f32; 3]>> = maps
+        .iter()
+        .map(|map| {
+            let slow = pools.one().install(|| pace(&**map, call, reach, &sample.floor));
+            spread(&sample.floor, (TURN / slow) as usize)
+        })
+        .collect();
+    let askers: Vec<_> =
+        maps.iter().zip(&asked).flat_map(|(map, asked)| pools.iter().map(move |pool| (pool, &**map, asked))).collect();
+    let gather = medians(&askers, ROUNDS, |&(pool, map, asked)| {
+        pool.install(|| query_seconds(map, call, reach, asked)) * sample.floor.len() as f64
+    });
     let one_thread = |place: usize| gather[place - place % pools.0.len()];
     let point = |(place, &(pool, tree)): (usize, &(&rayon::ThreadPool, Tree))| Doubling {
         figure,
