@@ -68,6 +68,9 @@ pub(super) struct Arguments {
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
+    /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
+    #[arg(long)]
+    groups: bool,
     /// Exit with code 1 if a sensor misses its target.
     #[arg(long)]
     check: bool,
@@ -115,6 +118,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let mut scene = Scene::load(&arguments.scene)?;
     let load_seconds = started.elapsed().as_secs_f64();
     choose_planes(&mut scene, &arguments.planes)?;
+    if arguments.groups {
+        scene.render.groups = Some(true);
+    }
     let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
     let settings = settings(arguments, &scene, &plan);
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
@@ -172,6 +178,7 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
         time: arguments.time,
         tree: tree.unwrap_or(defaults.tree),
         seed: arguments.seed.or(file.seed).unwrap_or(defaults.seed),
+        groups: file.groups.unwrap_or(false),
     }
 }
 

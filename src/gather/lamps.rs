@@ -68,12 +68,12 @@ impl<'a, const C: usize> Lamps<'a, C> {
     }
 
     /// An estimate without bias of the direct illuminance (lx) at a point `from` (m) just off a surface with unit normal
-    /// `normal`, from what of the luminaires is not nearer than [`near_squared`].
+    /// `normal`, from what of the luminaires is not nearer than [`near_squared`]; and the luminaire that stands for all.
     ///
     /// Points of the luminaires are drawn by flux, equally spaced among it; one of them is then chosen by what it would
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
     /// and some 10 ns a candidate.
-    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
+    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
         let offset = stream.uniform();
         let (mut whole, mut chosen) = (0.0_f32, None);
         for candidate in 0..self.candidates {
@@ -94,16 +94,17 @@ impl<'a, const C: usize> Lamps<'a, C> {
             if weight > 0.0 && weight.is_finite() && distance * distance >= lamp.near_squared {
                 whole += weight;
                 if stream.uniform() * whole < weight {
-                    chosen = Some((lamp, direction, distance));
+                    chosen = Some((which, direction, distance));
                 }
             }
         }
-        let Some((lamp, direction, distance)) = chosen else { return [0.0; C] };
+        let Some((which, direction, distance)) = chosen else { return ([0.0; C], 0) };
+        let lamp = &self.lamps[which];
         let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
         if self.caster.is_occluded(from, direction, reach) {
-            return [0.0; C];
+            return ([0.0; C], 0);
         }
         let lux = self.flux * std::f32::consts::FRAC_1_PI * whole / self.candidates as f32;
-        lamp.colour.map(|channel| channel * lux)
+        (lamp.colour.map(|channel| channel * lux), which as u32)
     }
 }

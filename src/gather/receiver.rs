@@ -210,11 +210,22 @@ pub struct Crossings<const C: usize> {
     pub sharp: Photons<C>,
     /// Light that met a diffuse surface.
     pub smooth: Photons<C>,
+    /// Luminaires of the sharp and the smooth photons, where they matter; else none.
+    pub sources: [Vec<u32>; 2],
 }
 
 impl<const C: usize> Default for Crossings<C> {
     fn default() -> Self {
-        Self { sharp: Photons::default(), smooth: Photons::default() }
+        Self { sharp: Photons::default(), smooth: Photons::default(), sources: Default::default() }
+    }
+}
+
+impl<const C: usize> Crossings<C> {
+    /// Moves the photons of `other` behind these.
+    pub fn append(&mut self, other: &mut Self) {
+        self.sharp.append(&mut other.sharp);
+        self.smooth.append(&mut other.smooth);
+        self.sources.iter_mut().zip(&mut other.sources).for_each(|(all, part)| all.append(part));
     }
 }
 
@@ -233,13 +244,20 @@ pub enum Keep {
 pub struct CrossingRecorder<'a, const C: usize> {
     receivers: &'a [&'a Receiver],
     keep: Keep,
+    /// Whether luminaires matter.
+    sources: bool,
     crossings: Vec<Crossings<C>>,
 }
 
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
     pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
-        Self { receivers, keep, crossings: vec![Crossings::default(); receivers.len()] }
+        Self { receivers, keep, sources: false, crossings: vec![Crossings::default(); receivers.len()] }
+    }
+
+    /// The same, which keeps the luminaires too, if they matter.
+    pub fn with_sources(self, matter: bool) -> Self {
+        Self { sources: matter, ..self }
     }
 
     /// One record out of many, in order.
@@ -247,10 +265,7 @@ impl<'a, const C: usize> CrossingRecorder<'a, C> {
         let count = records.first().map_or(0, |record| record.crossings.len());
         let mut merged = vec![Crossings::default(); count];
         for mut record in records {
-            for (all, part) in merged.iter_mut().zip(&mut record.crossings) {
-                all.sharp.append(&mut part.sharp);
-                all.smooth.append(&mut part.smooth);
-            }
+            merged.iter_mut().zip(&mut record.crossings).for_each(|(all, part)| all.append(part));
         }
         merged
     }
@@ -269,9 +284,12 @@ impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
         }
         for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
             if let Some([a, b]) = receiver.crossing(flight) {
-                let kept =
-                    if flight.history == History::Diffused { &mut crossings.smooth } else { &mut crossings.sharp };
+                let smooth = flight.history == History::Diffused;
+                let kept = if smooth { &mut crossings.smooth } else { &mut crossings.sharp };
                 kept.push([a, b, 0.0], flux);
+                if self.sources {
+                    crossings.sources[usize::from(smooth)].push(flight.luminaire);
+                }
             }
         }
     }

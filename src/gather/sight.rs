@@ -9,10 +9,10 @@
 use glam::Vec3;
 
 use super::lamps::{Lamps, near_squared};
-use super::patches::{PatchGrid, PatchLight};
+use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::RayCaster;
-use crate::luminaire::Luminaire;
 use crate::luminaire::emit::triangle_area;
+use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::random::Stream;
 use crate::photon::surface::{Surface, mirror, refract};
@@ -37,6 +37,7 @@ pub struct Sight<'a, const C: usize> {
 /// A triangle that shines.
 struct Glow<const C: usize> {
     triangle: u32,
+    luminaire: u32,
     /// Exitance of its front, lx.
     exitance: [f32; C],
     /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
@@ -52,18 +53,62 @@ pub struct Records<'a, const C: usize> {
     pub light: &'a PatchLight<C>,
 }
 
+/// Hears where the light of rays comes from.
+pub trait Origins<const C: usize> {
+    /// So much (lx) from a luminaire.
+    fn luminaire(&mut self, luminaire: u32, lux: [f64; C]);
+    /// So many times the illuminance of a patch.
+    fn patch(&mut self, patch: usize, weight: Flux<C>);
+}
+
+/// Nobody wants to know.
+impl<const C: usize> Origins<C> for () {
+    #[inline(always)]
+    fn luminaire(&mut self, _: u32, _: [f64; C]) {}
+    #[inline(always)]
+    fn patch(&mut self, _: usize, _: Flux<C>) {}
+}
+
+/// Adds up the light of each group.
+pub struct ToGroups<'a, const C: usize> {
+    /// The groups.
+    pub groups: &'a LightGroups,
+    /// Their light on the patches where rays end.
+    pub patches: Option<&'a PatchGroups<C>>,
+    /// A row of sums, lx.
+    pub row: &'a mut [f64],
+}
+
+impl<const C: usize> Origins<C> for ToGroups<'_, C> {
+    #[inline]
+    fn luminaire(&mut self, luminaire: u32, lux: [f64; C]) {
+        let sums = &mut self.row[self.groups.group(luminaire) as usize * C..][..C];
+        sums.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
+    }
+
+    #[inline]
+    fn patch(&mut self, patch: usize, weight: Flux<C>) {
+        let Some(patches) = self.patches else { return };
+        for (group, lux) in patches.parts(patch) {
+            let sums = &mut self.row[*group as usize * C..][..C];
+            (0..C).for_each(|c| sums[c] += f64::from(weight.0[c]) * f64::from(lux[c]));
+        }
+    }
+}
+
 impl<'a, const C: usize> Sight<'a, C> {
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
-        let of_luminaire = |luminaire: &Luminaire| {
+        let of_luminaire = |(number, luminaire): (usize, &Luminaire)| {
             let corners = |&triangle: &u32| triangle_area(&scene.mesh.corners(triangle as usize));
             let area: f64 = luminaire.body.iter().map(corners).sum();
             let exitance = channels::<C>(luminaire.colour).map(|c| (c * luminaire.flux.0 / area) as f32);
             let near_squared = near_squared(luminaire);
             let body = luminaire.body.clone().into_iter();
-            body.map(move |triangle| Glow { triangle, exitance, near_squared })
+            let number = number as u32;
+            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, near_squared })
         };
-        let mut glow: Vec<Glow<C>> = scene.luminaires.iter().flat_map(of_luminaire).collect();
+        let mut glow: Vec<Glow<C>> = scene.luminaires.iter().enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
         Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }
@@ -79,13 +124,28 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
+        self.incoming_from(origin, direction, records, stream, rays, &mut ())
+    }
+
+    /// The same, and `origins` hears where it comes from.
+    pub fn incoming_from(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        stream: &mut Stream,
+        rays: &mut u64,
+        origins: &mut impl Origins<C>,
+    ) -> [f64; C] {
         let (mut origin, mut direction) = (origin, direction);
         let mut found = [0.0; C];
         let mut weight = Flux([1.0; C]);
         let (mut absorption, mut by_mirror) = (0.0, false);
         let (mut bounced, mut glow_counts) = (false, self.caustics);
         let mut add = |weight: Flux<C>, lux: [f32; C]| {
-            (0..C).for_each(|c| found[c] += f64::from(weight.0[c]) * f64::from(lux[c]));
+            let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
+            (0..C).for_each(|c| found[c] += part[c]);
+            part
         };
         for _ in 0..BOUNCE_CAP {
             *rays += 1;
@@ -114,7 +174,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                     {
                         // By way of mirrors and glass all of it; straight from a surface, what was not drawn there.
                         if by_mirror || (bounced && hit.distance * hit.distance < glow.near_squared) {
-                            add(weight, glow.exitance);
+                            origins.luminaire(glow.luminaire, add(weight, glow.exitance));
                         }
                     }
                     let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
@@ -133,10 +193,12 @@ impl<'a, const C: usize> Sight<'a, C> {
                             && let Some(patch) = records.grid.patch(&hit, direction, self.caster)
                         {
                             add(weight, records.light.illuminance(patch));
+                            origins.patch(patch, weight);
                             break;
                         }
                         *rays += 1;
-                        add(weight, self.lamps.direct(hit.leave(facing), facing, stream));
+                        let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
+                        origins.luminaire(luminaire, add(weight, lux));
                         direction = stream.cosine_about(facing);
                         (by_mirror, bounced, glow_counts) = (false, true, true);
                     }

@@ -26,6 +26,8 @@ pub struct Emitted<const C: usize> {
     pub direction: Vec3,
     /// What it carries.
     pub flux: Flux<C>,
+    /// Number of its luminaire.
+    pub luminaire: u32,
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
@@ -60,7 +62,7 @@ impl<'a, const C: usize> Emission<'a, C> {
             Distribution::Isotropic => stream.on_sphere(),
             Distribution::Lambertian => stream.cosine_about(normal),
         };
-        Emitted { origin, direction, flux: self.flux[which] }
+        Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 }
     }
 }
 

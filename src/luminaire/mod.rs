@@ -3,11 +3,13 @@
 pub(crate) mod colour;
 pub mod emit;
 pub(crate) mod frame;
+pub mod groups;
 pub mod intensity;
 
 use glam::DVec3;
 
 use crate::units::Lumens;
+pub use groups::LightGroups;
 
 /// A luminaire, or a material of the mesh that emits.
 #[derive(Clone, Debug)]

@@ -43,6 +43,8 @@ pub struct Flight<'a> {
     pub lands: bool,
     /// What it has met before.
     pub history: History,
+    /// Number of the luminaire that sent it.
+    pub luminaire: u32,
 }
 
 /// Keeps what some query can reach of the photons' flights.
@@ -161,6 +163,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
         let photon = self.emission.photon(place, stream);
         let (mut origin, mut direction, mut flux) = (photon.origin, photon.direction, photon.flux);
         let (mut history, mut glass) = (History::Direct, 0.0_f32);
+        let luminaire = photon.luminaire;
         accumulate(&mut tally.emitted, flux, 1.0);
         for _ in 0..BOUNCE_CAP {
             // Fly.
@@ -177,7 +180,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
                 return;
             }
             // Land, and leave a record.
-            recorder.record(&Flight { origin, direction, hit: hit.as_ref(), lands, history }, flux);
+            recorder.record(&Flight { origin, direction, hit: hit.as_ref(), lands, history, luminaire }, flux);
             let (Some(hit), Some(surface)) = (&hit, surface) else {
                 accumulate(&mut tally.escaped, flux, 1.0);
                 return;

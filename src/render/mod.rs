@@ -1,5 +1,6 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out.
 
+mod groups;
 mod passes;
 mod results;
 
@@ -12,11 +13,12 @@ use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
 use crate::gather::density::{Estimate, Search};
 use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::{DirectLight, direct_light};
+use crate::gather::direct::{DirectLight, direct_light_in_groups};
 use crate::gather::reach::Reach;
 use crate::gather::receiver::{Crossings, Receiver};
 use crate::gather::smooth::{Samples, Smoother};
 use crate::gather::surroundings::{FAN, Surroundings};
+use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::photon::trace::Tally;
@@ -79,6 +81,8 @@ pub struct Settings {
     pub tree: Tree,
     /// Seed of all random streams.
     pub seed: u64,
+    /// Whether light groups are told apart, where there are several.
+    pub groups: bool,
 }
 
 impl Settings {
@@ -87,7 +91,8 @@ impl Settings {
         let defaults = Self::of(plan.method);
         // Caustics are few of all photons, and theirs alone.
         let few = plan.method == Method::Gather && plan.caustics;
-        Self { photons: if few { 5 * defaults.photons } else { defaults.photons }, ..defaults }
+        let photons = if few { 5 * defaults.photons } else { defaults.photons };
+        Self { photons, groups: plan.groups, ..defaults }
     }
 
     /// The settings of a method where nothing is known of the scene: one pass.
@@ -108,6 +113,7 @@ impl Settings {
             time: None,
             tree: Tree::Kd,
             seed: 0,
+            groups: false,
         }
     }
 }
@@ -206,6 +212,8 @@ struct Place<const C: usize> {
     samples: Option<Samples<C>>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
+    /// The same by light group.
+    groups: Option<groups::PlaceGroups>,
 }
 
 /// Estimates from photon densities with several k; see [`SCALES`].
@@ -237,6 +245,8 @@ struct Rendering<'a, const C: usize> {
     photons_emitted: u64,
     photons_stored: u64,
     flux: Tally<C>,
+    /// The light groups to be told apart.
+    groups: Option<LightGroups>,
     /// Caustics of all passes so far at each receiver, where rays find the other light.
     caustics: Vec<Crossings<C>>,
     warnings: Vec<String>,
@@ -264,9 +274,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             photons_emitted: 0,
             photons_stored: 0,
             flux: Tally::default(),
+            groups: None,
             caustics: Vec::new(),
             warnings: scene.warnings.clone(),
         };
+        rendering.choose_groups()?;
         let caster =
             rendering.timed("build BVH", 1, |_| RayCaster::build(&scene.mesh, rayon::current_num_threads()))?;
         let (mut places, sensors) = rendering.places(&caster);
@@ -276,6 +288,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         rendering.look_around(&mut places, &caster);
         if plan.bounces {
             rendering.passes::<T>(&mut places, &caster);
+            rendering.conclude_groups(&mut places);
         }
         rendering.warn(&places);
         Ok(rendering.results(&places, &sensors, caster.peak_memory()))
@@ -318,7 +331,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 surroundings: Vec::new(),
                 smoother: None,
                 direct: None,
-                samples: sampled.then(|| Samples::new(receiver.len())),
+                samples: sampled.then(|| match &self.groups {
+                    None => Samples::new(receiver.len()),
+                    Some(groups) => Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none()),
+                }),
+                groups: self.place_groups(&receiver),
                 density: vec![Densities::default(); receiver.len()],
                 bounced: dark,
                 receiver,
@@ -334,7 +351,8 @@ impl<'a, const C: usize> Rendering<'a, C> {
             for (index, place) in places.iter_mut().enumerate() {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
                 let advance = |steps| this.progress.advance(steps);
-                let light = direct_light(&this.scene.luminaires, &place.receiver, &blockers, seed, advance);
+                let (luminaires, groups) = (&this.scene.luminaires, this.groups.as_ref());
+                let light = direct_light_in_groups(luminaires, &place.receiver, &blockers, seed, advance, groups);
                 this.gather_rays += light.rays;
                 place.direct = Some(light);
             }

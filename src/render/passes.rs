@@ -5,14 +5,15 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::groups::{SHARP, SMOOTH};
 use super::results::Cell;
 use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SENSOR_RAYS, Searches};
 use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
-use crate::gather::density::{Estimate, Search, local_linear, paper};
-use crate::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
+use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
+use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
-use crate::gather::sight::{Records, Sight};
+use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::photon::flux::photometric;
 use crate::photon::random::{Seed, Stream};
 use crate::photon::trace::{Tally, Tracer};
@@ -76,29 +77,30 @@ impl<const C: usize> Rendering<'_, C> {
         let mut landings = Photons::default();
         let rounds = if self.plan.method.sends_rays() { ROUNDS } else { 1 };
         for round in pass * rounds..(pass + 1) * rounds {
-            let mut light = None;
+            let (mut light, mut by_group) = (None, None);
             if let Some(tracer) = &engine.tracer {
                 let caught = self.timed("trace photons", tracer.photons(), |this| {
                     this.trace(tracer, engine.grid.as_ref(), places, round)
                 });
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
-                for (all, mut new) in crossings.iter_mut().zip(caught.crossings) {
-                    all.sharp.append(&mut new.sharp);
-                    all.smooth.append(&mut new.smooth);
-                }
+                crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
                 landings = caught.landings;
-                light = engine
-                    .grid
-                    .as_ref()
-                    .map(|grid| self.timed("build records", 1, |_| PatchLight::new(grid, &caught.patches)));
+                if let Some(grid) = &engine.grid {
+                    self.timed("build records", 1, |this| {
+                        let patches = PatchLight::new(grid, &caught.patches);
+                        let groups = this.groups.as_ref();
+                        by_group = groups.map(|groups| PatchGroups::new(grid, &caught.patches, groups, &patches));
+                        light = Some(patches);
+                    });
+                }
             }
             if let Some(sight) = &engine.sight {
                 let points = places.iter().map(|place| place.receiver.len() as u64).sum();
                 let records = engine.grid.as_ref().zip(light.as_ref()).map(|(grid, light)| Records { grid, light });
                 self.timed("gather rays", points, |this| {
                     for (index, place) in places.iter_mut().enumerate() {
-                        this.look(sight, records, index, place, round);
+                        this.look(sight, records, by_group.as_ref(), index, place, round);
                     }
                 });
             }
@@ -122,11 +124,13 @@ impl<const C: usize> Rendering<'_, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
         let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
         let advance = |photons| self.progress.advance(photons);
+        let sources = self.groups.is_some();
         let mut caught = Caught::default();
         match (self.plan.method, grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
-                let record = || (PatchRecorder::new(grid), CrossingRecorder::new(watched, Keep::Caustics));
+                let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
+                let record = || (PatchRecorder::new(grid).with_sources(sources), caustics());
                 let (records, flux) = tracer.trace(seed, round, record, advance);
                 let (patches, crossings) = records.into_iter().unzip();
                 (caught.patches, caught.crossings, caught.flux) = (patches, CrossingRecorder::merge(crossings), flux);
@@ -140,7 +144,7 @@ impl<const C: usize> Rendering<'_, C> {
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let record = || CrossingRecorder::new(&receivers, keep);
+                let record = || CrossingRecorder::new(&receivers, keep).with_sources(sources);
                 let (records, flux) = tracer.trace(seed, round, record, advance);
                 (caught.crossings, caught.flux) = (CrossingRecorder::merge(records), flux);
             }
@@ -153,6 +157,7 @@ impl<const C: usize> Rendering<'_, C> {
         &mut self,
         sight: &Sight<'_, C>,
         records: Option<Records<'_, C>>,
+        patches: Option<&PatchGroups<C>>,
         index: usize,
         place: &mut Place<C>,
         round: u64,
@@ -161,24 +166,13 @@ impl<const C: usize> Rendering<'_, C> {
         let of_sensors = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
         let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * of_sensors;
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
-        let rays = AtomicU64::new(0);
-        samples.add(round, count, |point| {
-            let mut sum = [0.0; C];
-            if !has_value[point] {
-                return sum;
-            }
-            let mut stream = seed.stream(point as u64);
-            let shift = stream.uniform_pair();
-            let mut cast = 0;
-            for ray in 0..count {
-                let direction = Stream::cosine_at(receiver.normal, low_discrepancy(ray, shift));
-                let found = sight.incoming(receiver.start(point), direction, records, &mut stream, &mut cast);
-                (0..C).for_each(|c| sum[c] += found[c]);
-            }
-            rays.fetch_add(cast, Ordering::Relaxed);
-            sum
-        });
-        self.gather_rays += rays.into_inner();
+        let look = Look { sight, records, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
+        match &self.groups {
+            None => samples.add(round, count, |point| look.from(point, &mut ())),
+            Some(groups) => samples
+                .add_in_groups(round, count, |point, row| look.from(point, &mut ToGroups { groups, patches, row })),
+        }
+        self.gather_rays += look.rays.into_inner();
         self.progress.advance(receiver.len() as u64);
     }
 
@@ -210,11 +204,18 @@ impl<const C: usize> Rendering<'_, C> {
     fn maps<T: NearestPhotons>(&self, crossings: Vec<Crossings<C>>) -> Vec<[PhotonMap<T, C>; 2]> {
         crossings
             .into_par_iter()
-            .map(|Crossings { mut sharp, mut smooth }| {
+            .map(|Crossings { mut sharp, mut smooth, sources }| {
                 if self.plan.method == Method::Seed {
                     sharp.append(&mut smooth);
                 }
-                [PhotonMap::build(sharp.positions, sharp.flux), PhotonMap::build(smooth.positions, smooth.flux)]
+                let [first, second] = sources;
+                [(sharp, first), (smooth, second)].map(|(photons, sources)| match &self.groups {
+                    None => PhotonMap::build(photons.positions, photons.flux),
+                    Some(groups) => {
+                        let marks = sources.into_iter().map(|luminaire| groups.group(luminaire));
+                        PhotonMap::build_marked(photons.positions, photons.flux, marks)
+                    }
+                })
             })
             .collect()
     }
@@ -227,10 +228,12 @@ impl<const C: usize> Rendering<'_, C> {
         surfaces: &PhotonMap<T, C>,
         Searches { sharp: near, smooth: wide }: Searches,
     ) {
-        let Place { receiver, on_surface, has_value, surroundings, density, .. } = place;
-        let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch());
+        let Place { receiver, on_surface, has_value, surroundings, density, groups, .. } = place;
+        let layout = groups.as_ref().map(|groups| groups.layout);
+        let stride = layout.map_or(0, |layout| layout.stride);
+        let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch(), vec![0.0; stride]);
         let scales = self.scales();
-        density.par_iter_mut().enumerate().with_min_len(64).for_each_init(fresh, |scratch, (point, sums)| {
+        let add = |scratch: &mut (_, _, _, Vec<f64>), point: usize, sums: &mut Densities<C>, rows: &mut [f32]| {
             if !has_value[point] {
                 return;
             }
@@ -247,19 +250,39 @@ impl<const C: usize> Rendering<'_, C> {
                 let scaled =
                     |search: Search| Search { nearest: ((search.nearest as f64 * factor) as usize).max(2), ..search };
                 let around = &surroundings[point];
+                let (first, second, _, by_group) = &mut *scratch;
                 if !sharp.is_empty() {
-                    sums.sharp[scale].add(&local_linear(sharp, [u, v], scaled(near), around, &mut scratch.0));
+                    let groups = layout.map(|layout| layout.sums(by_group));
+                    let found = local_linear_in_groups(sharp, [u, v], scaled(near), around, first, groups);
+                    sums.sharp[scale].add(&found);
+                    layout.inspect(|layout| layout.add(rows, SHARP, scale, by_group));
                 }
                 if !smooth.is_empty() {
-                    sums.smooth[scale].add(&local_linear(smooth, [u, v], scaled(wide), around, &mut scratch.1));
+                    let groups = layout.map(|layout| layout.sums(by_group));
+                    let found = local_linear_in_groups(smooth, [u, v], scaled(wide), around, second, groups);
+                    sums.smooth[scale].add(&found);
+                    layout.inspect(|layout| layout.add(rows, SMOOTH, scale, by_group));
                 }
             }
-        });
+        };
+        match groups {
+            None => density
+                .par_iter_mut()
+                .enumerate()
+                .with_min_len(64)
+                .for_each_init(fresh, |scratch, (point, sums)| add(scratch, point, sums, &mut [])),
+            Some(groups) => density
+                .par_iter_mut()
+                .zip(groups.density.par_chunks_mut(groups.layout.of_point()))
+                .enumerate()
+                .with_min_len(64)
+                .for_each_init(fresh, |scratch, (point, (sums, rows))| add(scratch, point, sums, rows)),
+        }
         self.progress.advance(receiver.len() as u64);
     }
 
     /// Multiples of k that are tried; the paper knows one.
-    fn scales(&self) -> &'static [f64] {
+    pub(super) fn scales(&self) -> &'static [f64] {
         match self.plan.method {
             Method::Seed => &[1.0],
             _ if self.settings.nearest.is_some() => &FIXED,
@@ -267,40 +290,92 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
+    /// Photon maps in the sums of densities: one each pass; or all photons so far make one, of passes · ROUNDS times the flux.
+    pub(super) fn density_passes(&self) -> f64 {
+        f64::from(self.passes) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
+    }
+
     /// What the passes so far say of light that has bounced.
     fn conclude<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
-        let mut passes = f64::from(self.passes);
+        let passes = self.density_passes();
         if self.plan.method.sends_rays() && self.plan.photons && self.plan.caustics {
-            // All photons so far make one map, of passes · ROUNDS times the flux.
-            places.iter_mut().for_each(|place| place.density.fill(Default::default()));
+            for place in places.iter_mut() {
+                place.density.fill(Default::default());
+                place.groups.iter_mut().for_each(|groups| groups.density.fill(0.0));
+            }
             let searches = Searches::new(self.plan.method, self.settings, self.diagonal, self.photons_emitted as f64);
             self.photons_stored = 0;
             self.gather::<T>(places, self.caustics.clone(), Photons::default(), searches);
-            passes *= ROUNDS as f64;
         }
         let (scales, fixed) =
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
         self.timed("smooth", 1, |_| {
             for place in places {
-                let Place { receiver, has_value, smoother, density, samples, bounced, .. } = place;
+                let Place { receiver, has_value, smoother, density, samples, bounced, groups, .. } = place;
+                let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
+                let listen = groups.is_some();
                 let mean = |sum: &Estimate<C>| Estimate {
                     value: sum.value.map(|value| value / passes),
                     variance: sum.variance / (passes * passes),
                 };
-                let best = |kind: fn(&Densities<C>) -> &[Estimate<C>; SCALES.len()]| {
+                let best = |kind: fn(&Densities<C>) -> &[Estimate<C>; SCALES.len()], chosen: &mut Vec<u8>| {
                     let scale = |scale: usize| density.iter().map(|sums| mean(&kind(sums)[scale])).collect();
-                    choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value)
+                    let note = |scale| {
+                        if listen {
+                            chosen.push(scale as u8)
+                        }
+                    };
+                    choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value, note)
                 };
-                *bounced = best(|sums| &sums.sharp);
-                bounced.iter_mut().zip(best(|sums| &sums.smooth)).for_each(|(sum, found)| sum.add(&found));
-                let Some(samples) = samples else { continue };
-                let found = match smoother {
-                    Some(smoother) => smoother.smooth(samples, has_value),
-                    None => samples.plain(),
-                };
-                bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                *bounced = best(|sums| &sums.sharp, &mut sharp_scales);
+                let smooth = best(|sums| &sums.smooth, &mut smooth_scales);
+                bounced.iter_mut().zip(smooth).for_each(|(sum, found)| sum.add(&found));
+                if let Some(samples) = samples {
+                    let found = match smoother {
+                        Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
+                        None => samples.plain(),
+                    };
+                    bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                }
+                if let Some(groups) = groups {
+                    (groups.scales, groups.windows) = ([sharp_scales, smooth_scales], windows);
+                }
             }
         });
+    }
+}
+
+/// One round's rays from the points of a receiver.
+struct Look<'a, const C: usize> {
+    sight: &'a Sight<'a, C>,
+    records: Option<Records<'a, C>>,
+    receiver: &'a Receiver,
+    has_value: &'a [bool],
+    seed: Seed,
+    /// Rays from each point.
+    count: u64,
+    /// Rays cast, those onward from where they end included.
+    rays: AtomicU64,
+}
+
+impl<const C: usize> Look<'_, C> {
+    /// Sum of what the rays from a point find, lx; `origins` hears where it comes from.
+    fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
+        let mut sum = [0.0; C];
+        if !self.has_value[point] {
+            return sum;
+        }
+        let start = self.receiver.start(point);
+        let mut stream = self.seed.stream(point as u64);
+        let shift = stream.uniform_pair();
+        let mut cast = 0;
+        for ray in 0..self.count {
+            let direction = Stream::cosine_at(self.receiver.normal, low_discrepancy(ray, shift));
+            let found = self.sight.incoming_from(start, direction, self.records, &mut stream, &mut cast, origins);
+            (0..C).for_each(|c| sum[c] += found[c]);
+        }
+        self.rays.fetch_add(cast, Ordering::Relaxed);
+        sum
     }
 }
 

@@ -114,6 +114,7 @@ impl<const C: usize> Rendering<'_, C> {
             bvh_memory,
             triangles: scene.mesh.triangles.len(),
             luminaires: scene.luminaires.len(),
+            groups: self.group_names().to_vec(),
             warnings: self.warnings.clone(),
         };
         Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect() }
@@ -144,6 +145,7 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
             outlines: outlines(self.scene, plane),
+            groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
         }
     }
 
@@ -159,6 +161,7 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
             has_value: place.has_value[point],
+            groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
 }

@@ -12,8 +12,8 @@ use crate::error::Error;
 pub(crate) type Writer = BufWriter<File>;
 
 /// Names that belong to other results, and those Windows keeps for devices.
-const RESERVED: [&str; 10] =
-    ["sensors", "summary", "report", "con", "prn", "aux", "nul", "convergence", "trees", "paper"];
+const RESERVED: [&str; 11] =
+    ["sensors", "groups", "summary", "report", "con", "prn", "aux", "nul", "convergence", "trees", "paper"];
 
 /// Longest file name without its ending, characters.
 const LONGEST: usize = 60;
@@ -34,7 +34,7 @@ fn safe(name: &str) -> String {
 }
 
 /// `stem`, or `stem-2`, `stem-3` … where that is taken.
-fn first_free(stem: &str, taken: &mut HashSet<String>) -> String {
+pub(super) fn first_free(stem: &str, taken: &mut HashSet<String>) -> String {
     let numbered = (2..).map(|number: u32| format!("{stem}-{number}"));
     std::iter::once(stem.to_owned())
         .chain(numbered)

@@ -25,6 +25,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
         overview(results),
         planes,
         sensors(results),
+        groups(results),
         flux_balance(run),
         times(run),
         computation(run),
@@ -136,6 +137,26 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
             None => String::new(),
         },
     ]
+}
+
+/// What each light group brings to the planes; nothing where groups are not told apart.
+fn groups(results: &Results) -> String {
+    let rows: Vec<[String; 4]> = results
+        .maps
+        .iter()
+        .flat_map(|map| {
+            let whole = statistics(map).mean.0;
+            results.run.groups.iter().zip(&map.groups).map(move |(name, group)| {
+                let mean = group.mean(&map.has_value);
+                let share = if whole > 0.0 { percent(mean / whole) } else { "–".into() };
+                [escape(name), escape(&map.name), short(mean), share]
+            })
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    section("Light groups", &table(["Group", "Plane", "Ē, lx", "% of the plane’s"], rows.into_iter()))
 }
 
 /// A coordinate to the millimetre.

@@ -4,9 +4,11 @@
 //! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that weak
 //! luminaires may have brought), `threads`, `triangles`, `luminaires`, then
 //! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
-//!   where no cell has a value;
+//!   where no cell has a value; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
+//!   told apart;
 //! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes;
+//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
+//!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
 //! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
 //!   `bvh_memory_bytes`;
@@ -14,7 +16,9 @@
 
 use serde::Serialize;
 
-use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics};
+use crate::report::{
+    FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics,
+};
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
 /// digits; one that isn't finite is null.
@@ -72,6 +76,15 @@ struct Plane<'a> {
     largest_standard_error_lx: Option<f64>,
     uniformity_u0: Option<f64>,
     diversity_ud: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<PlaneGroup<'a>>,
+}
+
+#[derive(Serialize)]
+struct PlaneGroup<'a> {
+    name: &'a str,
+    mean_lx: Option<f64>,
+    share: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -85,6 +98,15 @@ struct Sensor<'a> {
     target_met: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rgb_lx: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<SensorGroup<'a>>,
+}
+
+#[derive(Serialize)]
+struct SensorGroup<'a> {
+    name: &'a str,
+    illuminance_lx: Option<f64>,
+    standard_error_lx: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -123,8 +145,8 @@ impl<'a> Summary<'a> {
             threads: run.threads,
             triangles: run.triangles,
             luminaires: run.luminaires,
-            planes: results.maps.iter().map(Plane::new).collect(),
-            sensors: results.sensors.iter().map(Sensor::new).collect(),
+            planes: results.maps.iter().map(|map| Plane::new(map, &run.groups)).collect(),
+            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, &run.groups)).collect(),
             flux: Flux::new(&run.flux),
             stages: stages(run),
             total_s: run.total_seconds,
@@ -136,9 +158,14 @@ impl<'a> Summary<'a> {
 }
 
 impl<'a> Plane<'a> {
-    fn new(map: &'a IlluminanceMap) -> Self {
+    fn new(map: &'a IlluminanceMap, groups: &'a [String]) -> Self {
         let found = statistics(map);
         let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
+        let group = |(group, name): (&GroupMap, &'a String)| {
+            let mean = group.mean(&map.has_value);
+            let share = (found.mean.0 > 0.0).then(|| mean / found.mean.0);
+            PlaneGroup { name, mean_lx: (found.cells > 0).then_some(mean), share }
+        };
         Self {
             name: &map.name,
             corner_m: map.corner.to_array(),
@@ -156,12 +183,18 @@ impl<'a> Plane<'a> {
             largest_standard_error_lx: known(|s| s.largest_standard_error.0),
             uniformity_u0: known(|s| s.uniformity),
             diversity_ud: known(|s| s.diversity),
+            groups: map.groups.iter().zip(groups).map(group).collect(),
         }
     }
 }
 
 impl<'a> Sensor<'a> {
-    fn new(sensor: &'a SensorReading) -> Self {
+    fn new(sensor: &'a SensorReading, groups: &'a [String]) -> Self {
+        let group = |(group, name): (&GroupReading, &'a String)| SensorGroup {
+            name,
+            illuminance_lx: sensor.has_value.then_some(group.illuminance),
+            standard_error_lx: sensor.has_value.then_some(group.standard_error),
+        };
         Self {
             name: &sensor.name,
             position_m: sensor.position.to_array(),
@@ -171,6 +204,7 @@ impl<'a> Sensor<'a> {
             target_lx: sensor.target,
             target_met: sensor.meets_target(),
             rgb_lx: sensor.rgb.filter(|_| sensor.has_value),
+            groups: sensor.groups.iter().zip(groups).map(group).collect(),
         }
     }
 }

@@ -66,6 +66,27 @@ pub struct IlluminanceMap {
     pub has_value: Vec<bool>,
     /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up to
+    /// E, and a part may read a little below 0.
+    pub groups: Vec<GroupMap>,
+}
+
+/// The part of one light group in a map.
+#[derive(Clone, Debug, Default)]
+pub struct GroupMap {
+    /// E of each cell, lx; 0 where there is no value.
+    pub illuminance: Vec<f32>,
+    /// E of each channel, lx; only in coloured scenes.
+    pub rgb: Option<Vec<[f32; 3]>>,
+}
+
+/// The part of one light group in what a sensor reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroupReading {
+    /// E, lx.
+    pub illuminance: f64,
+    /// Standard error (1 σ), lx; those of several groups are not independent, as they share photons and rays.
+    pub standard_error: f64,
 }
 
 /// What a sensor reads.
@@ -87,6 +108,8 @@ pub struct SensorReading {
     pub target: Option<f64>,
     /// False where no light can arrive.
     pub has_value: bool,
+    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart.
+    pub groups: Vec<GroupReading>,
 }
 
 /// How a result came about.
@@ -134,6 +157,8 @@ pub struct Run {
     pub triangles: usize,
     /// Number of luminaires.
     pub luminaires: usize,
+    /// Names of the light groups, where they are told apart.
+    pub groups: Vec<String>,
     /// What the user ought to know.
     pub warnings: Vec<String>,
 }
@@ -162,7 +187,8 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
-/// plane, `sensors.csv` where the scene has sensors, `summary.json` and `report.html`.
+/// plane, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart, `summary.json` and
+/// `report.html`.
 ///
 /// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
 /// paths in the order they were written. Planes get their file names from [`stems`].
@@ -189,6 +215,9 @@ pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<V
     };
     if !results.sensors.is_empty() {
         save("sensors.csv", &mut |out| csv::write_sensors(&results.sensors, out))?;
+    }
+    if !results.sensors.is_empty() && !results.run.groups.is_empty() {
+        save("groups.csv", &mut |out| csv::write_groups(&results.sensors, &results.run.groups, out))?;
     }
     save("summary.json", &mut |out| out.write_all(json::summary(results).as_bytes()))?;
     save("report.html", &mut |out| out.write_all(html::report(results, &pictures).as_bytes()))?;
@@ -244,6 +273,7 @@ impl IlluminanceMap {
             || lengths.iter().flatten().any(|values| values.len() != cells)
             || self.rgb.as_ref().is_some_and(|values| values.len() != cells)
             || self.has_value.len() != cells
+            || self.groups.iter().any(|group| !group.is_of(cells))
         {
             return Err(invalid(format!("the map of {} × {} cells is incomplete", self.cells[0], self.cells[1])));
         }
@@ -254,8 +284,9 @@ impl IlluminanceMap {
     fn check_cell(&self, cell: usize) -> std::io::Result<()> {
         let rgb = self.rgb.iter().flat_map(|rgb| rgb[cell]).map(|e| ("E of a channel", e));
         let direct = self.direct.iter().map(|direct| ("direct E", direct[cell]));
+        let groups = self.groups.iter().map(|group| ("E of a light group", f64::from(group.illuminance[cell])));
         let both = [("E", self.illuminance[cell]), ("standard error", self.standard_error[cell])];
-        match both.into_iter().chain(rgb).chain(direct).find(|(_, value)| !(*value as f32).is_finite()) {
+        match both.into_iter().chain(rgb).chain(direct).chain(groups).find(|(_, value)| !(*value as f32).is_finite()) {
             None => Ok(()),
             Some((quantity, value)) => Err(invalid(format!(
                 "{quantity} of cell {}, row {} of \"{}\" is {value} lx, expected a finite number",
@@ -264,6 +295,20 @@ impl IlluminanceMap {
                 self.name
             ))),
         }
+    }
+}
+
+impl GroupMap {
+    /// Whether it has so many cells.
+    fn is_of(&self, cells: usize) -> bool {
+        self.illuminance.len() == cells && self.rgb.as_ref().is_none_or(|rgb| rgb.len() == cells)
+    }
+
+    /// Mean E of the cells that have a value, lx; 0 where none has.
+    pub fn mean(&self, has_value: &[bool]) -> f64 {
+        let values = self.illuminance.iter().zip(has_value).filter(|(_, has_value)| **has_value);
+        let (sum, count) = values.fold((0.0, 0), |(sum, count), (lux, _)| (sum + f64::from(*lux), count + 1));
+        sum / f64::from(count.max(1))
     }
 }
 

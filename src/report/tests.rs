@@ -24,6 +24,7 @@ fn map(name: &str, cells: [usize; 2], value: impl Fn(usize, usize) -> f64) -> Il
         standard_error: values.iter().map(|e| 0.01 * known(e)).collect(),
         has_value: values.iter().map(|e| !e.is_nan()).collect(),
         outlines: vec![vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]]],
+        groups: Vec::new(),
     }
 }
 
@@ -57,6 +58,7 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         standard_error: 1.25,
         target,
         has_value,
+        groups: Vec::new(),
     }
 }
 

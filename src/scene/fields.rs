@@ -116,6 +116,15 @@ impl<'a> Fields<'a> {
         Err(InputError::new(text.at, found, format!("one of {}", listed(words.iter().copied()))))
     }
 
+    /// True or false.
+    pub(crate) fn switch(&self, key: &str) -> Result<Option<Placed<bool>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::Boolean(on) => Ok(Some(self.placed(value, *on))),
+            _ => Err(self.refuse(key, value, "true or false")),
+        }
+    }
+
     /// A finite number for which `accept` holds; `expected` says which those are.
     pub(crate) fn number(
         &self,

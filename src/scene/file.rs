@@ -29,6 +29,8 @@ pub struct RenderDefaults {
     pub tree: Option<String>,
     /// Seed of the random streams.
     pub seed: Option<u64>,
+    /// Whether light groups are told apart.
+    pub groups: Option<bool>,
 }
 
 /// A scene file, read and checked by itself: what depends on the meshes is still open. World coordinates.
@@ -402,7 +404,7 @@ pub(crate) fn duplicate(kind: &str, name: &Placed<String>, first: &Location) -> 
 }
 
 fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
-    const KNOWN: [&str; 7] = ["method", "photons", "nearest", "radius", "passes", "tree", "seed"];
+    const KNOWN: [&str; 8] = ["method", "photons", "nearest", "radius", "passes", "tree", "seed", "groups"];
     let Some(fields) = top.table("render", "a section that begins with [render]", &KNOWN)? else {
         return Ok(RenderDefaults::default());
     };
@@ -414,5 +416,6 @@ fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
         passes: fields.whole("passes", 1, u64::from(u32::MAX))?.and_then(|n| u32::try_from(n.value).ok()),
         tree: fields.word("tree", &["kd", "kiddo", "paper", "brute"])?.map(|word| word.value),
         seed: fields.whole("seed", 0, u64::MAX)?.map(|n| n.value),
+        groups: fields.switch("groups")?.map(|on| on.value),
     })
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{PlaneKind, Scene};
+use crate::luminaire::LightGroups;
 
 /// How illuminance is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +72,8 @@ pub struct Plan {
     pub shadow_rays: bool,
     /// Whether mirrors or glass make caustics.
     pub caustics: bool,
+    /// Whether light groups are told apart.
+    pub groups: bool,
     /// Why, in words: (used?, what, reason).
     pub reasons: Vec<(bool, String, String)>,
 }
@@ -156,7 +159,16 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
-        Self { method, coloured, bounces, photons, shadow_rays, caustics, reasons }
+        let number = LightGroups::of(&scene.luminaires).len();
+        let groups = match (number, method, scene.render.groups) {
+            (0 | 1, ..) => decide(false, "light groups", "one group only: all light is its own".into()),
+            (_, Method::Seed, _) => decide(false, "light groups", "method seed knows none".into()),
+            (_, _, Some(true)) => {
+                decide(true, "light groups", format!("{number}, told apart by the photons and rays of the whole"))
+            }
+            _ => decide(false, "light groups", format!("{number}, not asked for: --groups")),
+        };
+        Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
     }
 }
 

@@ -24,6 +24,8 @@ pub(super) struct Emitter<const C: usize> {
     pub(super) colour: [f64; C],
     /// Photometric value of the colour.
     pub(super) brightness: f64,
+    /// Number of its luminaire.
+    pub(super) luminaire: u32,
 }
 
 pub(super) enum Source {
@@ -68,7 +70,8 @@ struct Facet {
 pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<C>> {
     luminaires
         .iter()
-        .flat_map(|luminaire| {
+        .enumerate()
+        .flat_map(|(number, luminaire)| {
             let colour = channels::<C>(luminaire.colour);
             sources(luminaire).into_iter().map(move |source| {
                 let bounds = match &source {
@@ -78,7 +81,7 @@ pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<
                         Bounds::around(mesh.triangles.iter().flat_map(|f| [f.bounds.low, f.bounds.high]))
                     }
                 };
-                Emitter { source, bounds, colour, brightness: photometric(colour) }
+                Emitter { source, bounds, colour, brightness: photometric(colour), luminaire: number as u32 }
             })
         })
         .collect()

@@ -23,7 +23,7 @@ use self::blockers::{Blockers, Bounds, Shaft};
 use self::emitter::{Emitter, Source, emitters};
 use self::polygon::{Pieces, Shadow, above_horizon, lambert};
 use super::receiver::Receiver;
-use crate::luminaire::Luminaire;
+use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 
@@ -58,6 +58,17 @@ pub struct DirectLight<const C: usize> {
     pub left_out: Vec<f64>,
     /// Shadow rays cast.
     pub rays: u64,
+    /// The part of each light group, where asked for.
+    pub groups: Option<DirectGroups>,
+}
+
+/// Direct light by group; adds up to the whole but for rounding.
+#[derive(Clone, Debug)]
+pub struct DirectGroups {
+    /// E, lx: a row for each point, as [`LightGroups`] lays them out.
+    pub value: Vec<f32>,
+    /// Variance of the photometric E, lx²: for each point, of each group; none on a grid.
+    pub variance: Vec<f32>,
 }
 
 impl<const C: usize> DirectLight<C> {
@@ -84,22 +95,36 @@ pub fn direct_light<const C: usize>(
     seed: Seed,
     progress: impl Fn(u64) + Sync,
 ) -> DirectLight<C> {
+    direct_light_in_groups(luminaires, receiver, blockers, seed, progress, None)
+}
+
+/// The same, with the part of each light group if asked for: some ns a point and luminaire more.
+pub fn direct_light_in_groups<const C: usize>(
+    luminaires: &[Luminaire],
+    receiver: &Receiver,
+    blockers: &Blockers<'_>,
+    seed: Seed,
+    progress: impl Fn(u64) + Sync,
+    groups: Option<&LightGroups>,
+) -> DirectLight<C> {
     let emitters = emitters::<C>(luminaires);
-    let gather = Gather { receiver, up: receiver.normal.as_dvec3(), blockers, emitters: &emitters, seed };
+    let up = receiver.normal.as_dvec3();
+    let gather = Gather { receiver, up, blockers, emitters: &emitters, seed, groups };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
         let before = done.fetch_add(points as u64, Ordering::Relaxed);
         let step = |points: u64| (u128::from(points) * u128::from(steps) / receiver.len().max(1) as u128) as u64;
         progress(step(before + points as u64) - step(before));
     };
-    let found: Vec<(Vec<usize>, Vec<Sum<C>>, u64)> = gather
+    let found: Vec<LitBlock<C>> = gather
         .blocks()
         .into_par_iter()
         .map_init(Scratch::default, |scratch, block| {
             scratch.rays = 0;
-            let sums = gather.block(&block, scratch);
+            let mut by_group = gather.rows(block.points.len());
+            let sums = gather.block(&block, &mut by_group, scratch);
             advance(block.points.len());
-            (block.points, sums, scratch.rays)
+            LitBlock { points: block.points, sums, by_group: by_group.map(f64_to_f32), rays: scratch.rays }
         })
         .collect();
     let points = receiver.len();
@@ -108,8 +133,20 @@ pub fn direct_light<const C: usize>(
         variance: vec![0.0; points],
         left_out: vec![0.0; points],
         rays: 0,
+        groups: groups.map(|_| {
+            let [value, variance] = gather.rows(points).map(f64_to_f32);
+            DirectGroups { value, variance }
+        }),
     };
-    for (points, sums, rays) in found {
+    for LitBlock { points, sums, by_group, rays } in found {
+        if let Some(DirectGroups { value, variance }) = &mut light.groups {
+            for (from, to) in by_group.iter().zip([value, variance]) {
+                let width = from.len() / points.len();
+                points.iter().enumerate().for_each(|(row, &point)| {
+                    to[point * width..][..width].copy_from_slice(&from[row * width..][..width]);
+                });
+            }
+        }
         for (point, sum) in points.into_iter().zip(sums) {
             light.value[point] = sum.value;
             light.variance[point] = sum.variance;
@@ -118,6 +155,20 @@ pub fn direct_light<const C: usize>(
         light.rays += rays;
     }
     light
+}
+
+/// What the points of a block have got.
+struct LitBlock<const C: usize> {
+    points: Vec<usize>,
+    sums: Vec<Sum<C>>,
+    /// Rows of E and of variances by light group.
+    by_group: [Vec<f32>; 2],
+    rays: u64,
+}
+
+/// Rows of sums in single precision.
+fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
+    rows.into_iter().map(|sum| sum as f32).collect()
 }
 
 /// Points that are close to each other.
@@ -251,6 +302,7 @@ struct Gather<'a, const C: usize> {
     blockers: &'a Blockers<'a>,
     emitters: &'a [Emitter<C>],
     seed: Seed,
+    groups: Option<&'a LightGroups>,
 }
 
 impl<const C: usize> Gather<'_, C> {
@@ -296,7 +348,7 @@ impl<const C: usize> Gather<'_, C> {
 
     /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
     /// until those left over can't matter any more.
-    fn block(&self, block: &Block, scratch: &mut Scratch) -> Vec<Sum<C>> {
+    fn block(&self, block: &Block, by_group: &mut [Vec<f64>; 2], scratch: &mut Scratch) -> Vec<Sum<C>> {
         let bounds = self.bounds(&block.points);
         let mut order: Vec<(f64, usize)> =
             self.emitters.iter().enumerate().map(|(i, emitter)| (emitter.most(&bounds, self.up), i)).collect();
@@ -307,6 +359,7 @@ impl<const C: usize> Gather<'_, C> {
         }
         let none = Sum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
         let mut sums = vec![none; block.points.len()];
+        let mut before = Vec::new();
         for ((most, emitter), rest) in order.into_iter().zip(rest) {
             for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MOST_LEFT_OUT * sum.lux) {
                 (sum.left_out, sum.open) = (rest, false);
@@ -314,9 +367,32 @@ impl<const C: usize> Gather<'_, C> {
             if !sums.iter().any(|sum| sum.open) {
                 break;
             }
+            if self.groups.is_some() {
+                before.clear();
+                before.extend(sums.iter().map(|sum| (sum.value, sum.variance)));
+            }
             self.add(emitter, most, block, &bounds, &mut sums, scratch);
+            if let Some(groups) = self.groups {
+                let group = groups.group(self.emitters[emitter].luminaire) as usize;
+                let [value, variance] = &mut *by_group;
+                let [width, number] = [value.len() / sums.len(), variance.len() / sums.len()];
+                for (point, (sum, before)) in sums.iter().zip(&before).enumerate() {
+                    (0..C).for_each(|c| value[point * width + group * C + c] += sum.value[c] - before.0[c]);
+                    if number > 0 {
+                        variance[point * number + group] += sum.variance - before.1;
+                    }
+                }
+            }
         }
         sums
+    }
+
+    /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.
+    fn rows(&self, points: usize) -> [Vec<f64>; 2] {
+        let groups = self.groups.map_or([0; 2], |groups| {
+            [groups.width::<C>(), if self.receiver.grid.is_some() { 0 } else { groups.len() }]
+        });
+        groups.map(|width| vec![0.0; points * width])
     }
 
     /// Adds the light of one emitter, `most` lx at most, to the points of a block that are open.
