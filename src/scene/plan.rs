@@ -156,6 +156,17 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
+        match scene.cameras.len() {
+            0 => decide(false, "camera rays", "no camera in the scene".into()),
+            _ if bounces && method != Method::Gather => {
+                decide(true, "camera rays", format!("go on from surface to surface with method {name}, as paths"))
+            }
+            cameras => decide(true, "camera rays", format!("from the surfaces that {cameras} in the scene see")),
+        };
+        let densities = photons && caustics && !scene.cameras.is_empty();
+        if densities {
+            decide(true, "densities of caustics", "at the surfaces that cameras see".into());
+        }
         Self { method, coloured, bounces, photons, shadow_rays, caustics, reasons }
     }
 }
