@@ -1,6 +1,8 @@
-//! From photons to lux: every point of every measuring plane, one query each.
+//! From photons to lux: every point of every measuring plane, every pixel of every camera.
 
 pub mod bandwidth;
+pub mod camera;
+pub mod caustics;
 pub mod density;
 pub mod direct;
 pub mod gates;

@@ -6,11 +6,13 @@
 //! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
 //! elsewhere (`direct.rs`).
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::Vec3;
 
 use super::lamps::{Lamps, near_squared};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
-use crate::embree::RayCaster;
+use crate::embree::{Hit, RayCaster};
 use crate::luminaire::emit::triangle_area;
 use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::{Flux, channels, photometric};
@@ -124,7 +126,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
-        self.incoming_from(origin, direction, records, stream, rays, &mut ())
+        self.follow(origin, direction, records, None, stream, rays, &mut ())
     }
 
     /// The same, and `origins` hears where it comes from.
@@ -133,6 +135,53 @@ impl<'a, const C: usize> Sight<'a, C> {
         origin: Vec3,
         direction: Vec3,
         records: Option<Records<'_, C>>,
+        stream: &mut Stream,
+        rays: &mut u64,
+        origins: &mut impl Origins<C>,
+    ) -> [f64; C] {
+        self.follow(origin, direction, records, None, stream, rays, origins)
+    }
+
+    /// The same for a surface that asks [`Sight::direct`] for the light straight from luminaires: what that leaves to rays,
+    /// luminaires nearer than [`near_squared`], is added to `near`.
+    pub fn incoming_beside_direct(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        near: &mut [f64; C],
+        stream: &mut Stream,
+        rays: &mut u64,
+    ) -> [f64; C] {
+        self.follow(origin, direction, records, Some(near), stream, rays, &mut ())
+    }
+
+    /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see [`Lamps::direct`].
+    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
+        self.lamps.direct(from, normal, stream)
+    }
+
+    /// What a hit surface does with light.
+    pub(super) fn surface(&self, hit: &Hit) -> Surface<C> {
+        self.surfaces[hit.material as usize]
+    }
+
+    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met; 0 for any other surface.
+    pub(super) fn emitted(&self, hit: &Hit, direction: Vec3) -> [f32; C] {
+        match self.glow(hit.triangle) {
+            Some(glow) if direction.dot(hit.normal) < 0.0 => glow.exitance.map(|lux| lux * FRAC_1_PI),
+            _ => [0.0; C],
+        }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one walk for every asker")]
+    #[inline]
+    fn follow(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        mut near: Option<&mut [f64; C]>,
         stream: &mut Stream,
         rays: &mut u64,
         origins: &mut impl Origins<C>,
@@ -169,12 +218,15 @@ impl<'a, const C: usize> Sight<'a, C> {
                 }
                 Surface::Opaque { diffuse, specular } => {
                     if front
-                        && glow_counts
+                        && (glow_counts || near.is_some())
                         && let Some(glow) = self.glow(hit.triangle)
                     {
                         // By way of mirrors and glass all of it; straight from a surface, what was not drawn there.
-                        if by_mirror || (bounced && hit.distance * hit.distance < glow.near_squared) {
+                        let is_near = hit.distance * hit.distance < glow.near_squared;
+                        if if by_mirror { glow_counts } else { bounced && is_near } {
                             origins.luminaire(glow.luminaire, add(weight, glow.exitance));
+                        } else if let (false, false, true, Some(near)) = (by_mirror, bounced, is_near, near.as_mut()) {
+                            (0..C).for_each(|c| near[c] += f64::from(weight.0[c]) * f64::from(glow.exitance[c]));
                         }
                     }
                     let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));

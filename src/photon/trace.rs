@@ -53,6 +53,16 @@ pub trait Recorder<const C: usize>: Send {
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>);
 }
 
+/// A record that is kept only if somebody asks for it.
+impl<const C: usize, R: Recorder<C>> Recorder<C> for Option<R> {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        if let Some(recorder) = self {
+            recorder.record(flight, flux);
+        }
+    }
+}
+
 /// Where the flux went, and how many rays that took. Sums in double precision: 10⁸ photons of 10⁻⁵ lm add up to 256 lm
 /// instead of 1000 in single.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,9 @@
-//! The main job: a scene in, illuminance of every measuring plane and sensor out.
+//! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
 mod groups;
 mod passes;
 mod results;
+mod views;
 
 use std::time::Instant;
 
@@ -62,7 +63,7 @@ pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
     /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many.
+    /// [`SENSOR_RAYS`] times as many, a pixel of a camera [`PIXEL_RAYS`] times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
@@ -73,7 +74,7 @@ pub struct Settings {
     /// Passes at most; as many as `error` and `time` ask for where not given.
     pub passes: Option<u32>,
     /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
-    /// this, % of its mean.
+    /// this, % of its mean; where there are only cameras, that of every image.
     pub error: Option<f64>,
     /// The run ends before this wall time is over, s, but for its first pass.
     pub time: Option<f64>,
@@ -120,6 +121,13 @@ impl Settings {
 
 /// Rays of a sensor for each ray of a grid point.
 pub const SENSOR_RAYS: u32 = 32;
+
+/// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
+pub const PIXEL_RAYS: u32 = 4;
+
+/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
+/// only; where maps or sensors end the run, an image that has it takes no more rays.
+pub const IMAGE_ERROR: f64 = 5.0;
 
 /// Hears how far a run has come.
 pub trait Progress: Sync {
@@ -286,12 +294,15 @@ impl<'a, const C: usize> Rendering<'a, C> {
             rendering.direct(&mut places, &caster);
         }
         rendering.look_around(&mut places, &caster);
+        let mut images = Vec::new();
+        if plan.bounces || !scene.cameras.is_empty() {
+            images = rendering.passes::<T>(&mut places, &caster);
+        }
         if plan.bounces {
-            rendering.passes::<T>(&mut places, &caster);
             rendering.conclude_groups(&mut places);
         }
         rendering.warn(&places);
-        Ok(rendering.results(&places, &sensors, caster.peak_memory()))
+        Ok(rendering.results(&places, &sensors, images, caster.peak_memory()))
     }
 
     /// Runs a stage and books its wall time.
@@ -392,3 +403,10 @@ const PURPOSE_PHOTONS: u64 = 1;
 const PURPOSE_SHADOWS: u64 = 2;
 const PURPOSE_REACH: u64 = 3;
 const PURPOSE_SIGHT: u64 = 4;
+const PURPOSE_VIEWS: u64 = 5;
+
+/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
+fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
+    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
+    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
+}

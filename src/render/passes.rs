@@ -7,17 +7,24 @@ use rayon::prelude::*;
 
 use super::groups::{SHARP, SMOOTH};
 use super::results::Cell;
-use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SENSOR_RAYS, Searches};
+use super::views::{Batch, View};
+use super::{
+    Densities, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS,
+    Searches, low_discrepancy,
+};
 use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
+use crate::gather::camera::{Eye, first_surface};
+use crate::gather::caustics::{CausticMap, Caustics};
 use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::photon::flux::photometric;
 use crate::photon::random::{Seed, Stream};
-use crate::photon::trace::{Tally, Tracer};
+use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
+use crate::report::CameraImage;
 use crate::scene::plan::Method;
 
 /// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
@@ -30,13 +37,25 @@ const PATCH_SHARE: f64 = 1.0 / 10.0;
 const SCOUTS: u64 = 4096;
 
 impl<const C: usize> Rendering<'_, C> {
-    /// Passes until one of the limits is met.
-    pub(super) fn passes<T: NearestPhotons>(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
+    /// Passes until one of the limits is met; returns the images of the cameras.
+    pub(super) fn passes<T: NearestPhotons>(
+        &mut self,
+        places: &mut [Place<C>],
+        caster: &RayCaster,
+    ) -> Vec<CameraImage> {
         let engine = Engine::new(self, places, caster);
+        let centre = self.scene.centre;
+        let view = |sight| self.scene.cameras.iter().map(move |camera| View::new(camera, centre, sight, caster));
+        let mut views: Vec<View<'_, C>> = engine.sight.iter().flat_map(view).collect();
+        self.repeat::<T>(&engine, places, &mut views);
+        views.iter().map(|view| view.image(centre)).collect()
+    }
+
+    fn repeat<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
         let mut next_check = 1;
         loop {
             let started = Instant::now();
-            self.pass::<T>(&engine, places);
+            self.pass::<T>(engine, places, views);
             self.passes += 1;
             let enough = self.settings.passes.is_some_and(|most| self.passes >= most);
             let taken = started.elapsed().as_secs_f64();
@@ -44,11 +63,16 @@ impl<const C: usize> Rendering<'_, C> {
             let last = enough || late || self.progress.interrupted();
             let asked = self.settings.error.is_some() && self.passes >= next_check;
             if last || asked {
-                self.conclude::<T>(places);
-                let claim = worst_of(places, self.scene.planes.len(), Cell::of);
+                if self.plan.bounces {
+                    self.conclude::<T>(places);
+                }
+                let claim = match places {
+                    [] => views.iter().map(View::claim).fold(0.0, f64::max),
+                    _ => worst_of(places, self.scene.planes.len(), Cell::of),
+                };
                 self.progress.pass(self.passes, 100.0 * claim);
                 let Some(target) = self.settings.error.map(|percent| percent / 100.0) else { return };
-                if last || claim <= target {
+                if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
                     return;
                 }
                 let floor = worst_of(places, self.scene.planes.len(), Cell::of_direct);
@@ -69,7 +93,12 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// One pass: trace, build, gather.
-    fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>]) {
+    fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
+        // An image that is good enough rests while maps and sensors ask for more.
+        let goal = if places.is_empty() { self.settings.error } else { Some(IMAGE_ERROR) };
+        let goal = goal.filter(|_| self.settings.error.is_some() && self.settings.passes.is_none());
+        let rests = |view: &View<'_, C>| self.passes > 0 && goal.is_some_and(|goal| 100.0 * view.claim() <= goal);
+        let resting: Vec<bool> = views.iter().map(rests).collect();
         let pass = u64::from(self.passes);
         // What rays can't find, caustics, is left to all photons so far; other densities are a matter of one pass.
         let mut crossings = std::mem::take(&mut self.caustics);
@@ -78,6 +107,7 @@ impl<const C: usize> Rendering<'_, C> {
         let rounds = if self.plan.method.sends_rays() { ROUNDS } else { 1 };
         for round in pass * rounds..(pass + 1) * rounds {
             let (mut light, mut by_group) = (None, None);
+            let mut caustics = Caustics::default();
             if let Some(tracer) = &engine.tracer {
                 let caught = self.timed("trace photons", tracer.photons(), |this| {
                     this.trace(tracer, engine.grid.as_ref(), places, round)
@@ -86,6 +116,7 @@ impl<const C: usize> Rendering<'_, C> {
                 self.photons_emitted += tracer.photons();
                 crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
                 landings = caught.landings;
+                caustics = caught.caustics;
                 if let Some(grid) = &engine.grid {
                     self.timed("build records", 1, |this| {
                         let patches = PatchLight::new(grid, &caught.patches);
@@ -96,13 +127,24 @@ impl<const C: usize> Rendering<'_, C> {
                 }
             }
             if let Some(sight) = &engine.sight {
-                let points = places.iter().map(|place| place.receiver.len() as u64).sum();
                 let records = engine.grid.as_ref().zip(light.as_ref()).map(|(grid, light)| Records { grid, light });
-                self.timed("gather rays", points, |this| {
-                    for (index, place) in places.iter_mut().enumerate() {
-                        this.look(sight, records, by_group.as_ref(), index, place, round);
-                    }
-                });
+                if places.iter().any(|place| place.samples.is_some()) {
+                    let points = places.iter().map(|place| place.receiver.len() as u64).sum();
+                    self.timed("gather rays", points, |this| {
+                        for (index, place) in places.iter_mut().enumerate() {
+                            this.look(sight, records, by_group.as_ref(), index, place, round);
+                        }
+                    });
+                }
+                if !views.is_empty() {
+                    let caustics = (!caustics.is_empty()).then(|| {
+                        let photons = self.settings.photons as f64 / rounds as f64;
+                        let searches = Searches::new(self.plan.method, self.settings, self.diagonal, photons);
+                        CausticMap::<T, C>::build(caustics, searches.of_pass(round as u32).sharp)
+                    });
+                    let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
+                    self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
+                }
             }
         }
         if self.plan.method.sends_rays() {
@@ -110,6 +152,29 @@ impl<const C: usize> Rendering<'_, C> {
         } else {
             let searches = self.searches.of_pass(self.passes);
             self.gather::<T>(places, crossings, landings, searches);
+        }
+    }
+
+    /// One round's rays of every camera that doesn't rest, in `batches` independent parts.
+    fn look_from_cameras<T: NearestPhotons>(
+        &mut self,
+        eye: &Eye<'_, T, C>,
+        views: &mut [View<'_, C>],
+        resting: &[bool],
+        round: u64,
+        batches: u64,
+    ) {
+        let rays = u64::from(self.settings.rays).div_ceil(ROUNDS) * u64::from(PIXEL_RAYS);
+        let awake = || resting.iter().map(|resting| !resting);
+        let pixels = views.iter().zip(awake()).map(|(view, awake)| if awake { view.len() as u64 } else { 0 }).sum();
+        for batch in round * batches..(round + 1) * batches {
+            self.timed("camera rays", pixels, |this| {
+                for (index, (view, _)) in views.iter_mut().zip(awake()).enumerate().filter(|(_, (_, awake))| *awake) {
+                    let seed = Seed(this.settings.seed).branch(PURPOSE_VIEWS).branch(index as u64).branch(batch);
+                    let batch = Batch { eye, seed, rays };
+                    this.gather_rays += view.look(&batch, |pixels| this.progress.advance(pixels));
+                }
+            });
         }
     }
 
@@ -122,8 +187,6 @@ impl<const C: usize> Rendering<'_, C> {
         round: u64,
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
-        let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
-        let advance = |photons| self.progress.advance(photons);
         let sources = self.groups.is_some();
         let mut caught = Caught::default();
         match (self.plan.method, grid) {
@@ -131,25 +194,40 @@ impl<const C: usize> Rendering<'_, C> {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
                 let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
                 let record = || (PatchRecorder::new(grid).with_sources(sources), caustics());
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (patches, crossings) = records.into_iter().unzip();
-                (caught.patches, caught.crossings, caught.flux) = (patches, CrossingRecorder::merge(crossings), flux);
+                let (patches, crossings) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                (caught.patches, caught.crossings) = (patches, CrossingRecorder::merge(crossings));
             }
             (Method::Seed, _) => {
                 let record = || (CrossingRecorder::new(&receivers, Keep::All), LandingRecorder::new());
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (crossings, landings) = records.into_iter().unzip();
-                caught.crossings = CrossingRecorder::merge(crossings);
-                (caught.landings, caught.flux) = (LandingRecorder::merge(landings), flux);
+                let (crossings, landings) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                (caught.crossings, caught.landings) =
+                    (CrossingRecorder::merge(crossings), LandingRecorder::merge(landings));
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
                 let record = || CrossingRecorder::new(&receivers, keep).with_sources(sources);
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                (caught.crossings, caught.flux) = (CrossingRecorder::merge(records), flux);
+                caught.crossings = CrossingRecorder::merge(self.record(tracer, round, record, &mut caught));
             }
         }
         caught
+    }
+
+    /// Traces one round. What cameras and the balance ask for goes into `caught`, the records asked for are returned.
+    fn record<R: Recorder<C>>(
+        &self,
+        tracer: &Tracer<'_, C>,
+        round: u64,
+        record: impl Fn() -> R + Sync,
+        caught: &mut Caught<'_, C>,
+    ) -> Vec<R> {
+        let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
+        let advance = |photons| self.progress.advance(photons);
+        let looked_at = self.plan.caustics && !self.scene.cameras.is_empty();
+        let record = || (record(), looked_at.then(Caustics::default));
+        let (records, flux) = tracer.trace(seed, round, record, advance);
+        let (records, caustics): (Vec<R>, Vec<Option<Caustics<C>>>) = records.into_iter().unzip();
+        (caught.caustics, caught.flux) = (Caustics::merge(caustics.into_iter().flatten()), flux);
+        records
     }
 
     /// One round's rays from every point of a receiver.
@@ -399,14 +477,9 @@ fn worst_of<const C: usize>(places: &[Place<C>], maps: usize, cell: fn(&Place<C>
     sensors.map(|(place, point)| of_points(place, &mut std::iter::once(point))).fold(0.0, f64::max)
 }
 
-/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
-fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
-    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
-    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
-}
-
 /// What a run keeps from pass to pass.
 struct Engine<'a, const C: usize> {
+    caster: &'a RayCaster,
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
@@ -417,30 +490,50 @@ impl<'a, const C: usize> Engine<'a, C> {
         let (scene, method) = (run.scene, run.plan.method);
         let rounds = if method.sends_rays() { ROUNDS } else { 1 };
         let photons = run.settings.photons.div_ceil(rounds);
-        let tracer = (method != Method::Path).then(|| Tracer::new(scene, caster, photons));
-        let sight = method.sends_rays().then(|| Sight::new(scene, caster, method == Method::Path));
-        let grid = (method == Method::Gather).then(|| {
-            let size = PATCH_SHARE * mean_sight(run, places, caster);
+        let tracer = run.plan.photons.then(|| Tracer::new(scene, caster, photons));
+        let looks = method.sends_rays() || !scene.cameras.is_empty();
+        let sight = looks.then(|| Sight::new(scene, caster, method == Method::Path));
+        let grid = (method == Method::Gather && run.plan.photons).then(|| {
+            let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
             let useful = |material: u32| scene.materials[material as usize].reflectance.iter().any(|&part| part > 0.0);
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
-        Self { tracer, sight, grid }
+        Self { caster, tracer, sight, grid }
     }
 }
 
-/// Mean distance of what the points of all receivers look at, m; the scene's diagonal where they see nothing.
-fn mean_sight<const C: usize>(run: &Rendering<'_, C>, places: &[Place<C>], caster: &RayCaster) -> f64 {
+/// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
+/// they see nothing.
+fn mean_sight<const C: usize>(
+    run: &Rendering<'_, C>,
+    places: &[Place<C>],
+    sight: Option<&Sight<'_, C>>,
+    caster: &RayCaster,
+) -> f64 {
     let seed = Seed(run.settings.seed).branch(PURPOSE_SIGHT);
+    let cameras = &run.scene.cameras;
     let (mut sum, mut count) = (0.0, 0.0);
     for scout in 0..SCOUTS {
         let mut stream = seed.stream(scout);
-        let place = &places[(scout % places.len() as u64) as usize];
-        let point =
-            ((f64::from(stream.uniform()) * place.receiver.len() as f64) as usize).min(place.receiver.len() - 1);
-        let direction = stream.cosine_about(place.receiver.normal);
-        let hit = caster.closest_hit(place.receiver.start(point), direction, f32::INFINITY);
-        if let (true, Some(hit)) = (place.has_value[point], hit) {
+        let from = (scout % (places.len() + cameras.len()) as u64) as usize;
+        let start = if let Some(place) = places.get(from) {
+            let points = place.receiver.len();
+            let point = ((f64::from(stream.uniform()) * points as f64) as usize).min(points - 1);
+            place.has_value[point].then(|| (place.receiver.start(point), place.receiver.normal))
+        } else {
+            let camera = &cameras[from - places.len()];
+            let at = [0, 1].map(|axis| f64::from(stream.uniform()) * camera.pixels[axis] as f64);
+            let (eye, direction) = (camera.eye.as_vec3(), camera.direction(at).as_vec3());
+            sight.and_then(|sight| first_surface(sight, caster, eye, direction)).map(|(hit, direction)| {
+                let normal = if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
+                (hit.leave(normal), normal)
+            })
+        };
+        let hit = start.and_then(|(start, normal)| {
+            caster.closest_hit(start, stream.cosine_about(normal), f32::INFINITY)
+        });
+        if let Some(hit) = hit {
             sum += f64::from(hit.distance);
             count += 1.0;
         }
@@ -452,12 +545,19 @@ fn mean_sight<const C: usize>(run: &Rendering<'_, C>, places: &[Place<C>], caste
 struct Caught<'p, const C: usize> {
     crossings: Vec<Crossings<C>>,
     landings: Photons<C>,
+    caustics: Caustics<C>,
     patches: Vec<PatchRecorder<'p, C>>,
     flux: Tally<C>,
 }
 
 impl<const C: usize> Default for Caught<'_, C> {
     fn default() -> Self {
-        Self { crossings: Vec::new(), landings: Photons::default(), patches: Vec::new(), flux: Tally::default() }
+        Self {
+            crossings: Vec::new(),
+            landings: Photons::default(),
+            caustics: Caustics::default(),
+            patches: Vec::new(),
+            flux: Tally::default(),
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::gather::direct::DirectLight;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
-use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading};
+use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading};
 use crate::scene::plan::Method;
 use crate::scene::{MeasuringPlane, PlaneKind, Scene};
 use crate::units::Lumens;
@@ -75,7 +75,13 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    pub(super) fn results(self, places: &[Place<C>], sensors: &[Vec<usize>], bvh_memory: u64) -> Results {
+    pub(super) fn results(
+        self,
+        places: &[Place<C>],
+        sensors: &[Vec<usize>],
+        images: Vec<CameraImage>,
+        bvh_memory: u64,
+    ) -> Results {
         let flux = self.mean_balance();
         let scene = self.scene;
         let maps = scene.planes.iter().zip(places).map(|(plane, place)| self.map(plane, place)).collect();
@@ -117,7 +123,7 @@ impl<const C: usize> Rendering<'_, C> {
             groups: self.group_names().to_vec(),
             warnings: self.warnings.clone(),
         };
-        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect() }
+        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), images }
     }
 
     /// Flux balance of a pass, the mean over all.

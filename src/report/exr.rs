@@ -14,6 +14,8 @@
 //! The first image row is the far end of `across`, so that a floor shows as a plan, y up. `corner`, `along` and `across`
 //! are attributes of text (x y z, m), since survey coordinates need more than single precision.
 
+mod view;
+
 use std::collections::HashSet;
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -26,6 +28,7 @@ use crate::error::{Error, InputError, Location};
 use crate::report::file::first_free;
 use crate::report::{IlluminanceMap, Run, invalid};
 use crate::units::luminance;
+pub use view::write_view;
 
 /// Layers to write beside E, each in lx.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -168,26 +171,44 @@ pub fn group_layers(groups: &[String]) -> Vec<String> {
     let name = |group: &String| {
         let parts: Vec<&str> = group.split(|c| !plain(c)).filter(|part| !part.is_empty()).collect();
         let name: String = parts.join("_").chars().take(LONGEST).collect();
-        first_free(if name.is_empty() { "group" } else { &name }, &mut taken)
+        first_free(if name.is_empty() { "group" } else { &name }, &[""], &mut taken)
     };
     groups.iter().map(name).collect()
 }
 
 /// What the file says about itself; `groups` are the names of the light groups' layers.
 fn attributes(map: &IlluminanceMap, run: &Run, groups: &[String]) -> LayerAttributes {
-    let text = |text: &str| AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())); // UTF-8, as others write
-    let count = |count: u64| AttributeValue::F64(count as f64); // exact up to 2⁵³; a 32-bit integer isn't
-    let whole = |number: usize| AttributeValue::I32(i32::try_from(number).unwrap_or(i32::MAX));
-    let vector = |v: DVec3| text(&format!("{} {} {}", v.x, v.y, v.z));
-    let software = concat!("luxmap ", env!("CARGO_PKG_VERSION"));
-    let other = [
-        ("unit", text("lx")),
-        ("scene", text(&run.scene)),
-        ("sceneHash", text(&run.scene_hash)),
+    let names = groups.iter().cloned().zip(run.groups.iter().map(|name| name.as_str().into()));
+    let names = serde_json::Value::Object(names.collect()).to_string();
+    let groups = (!groups.is_empty()).then(|| ("groups", text(&names)));
+    let own = [
         ("plane", text(&map.name)),
         ("corner", vector(map.corner)),
         ("along", vector(map.along)),
         ("across", vector(map.across)),
+    ];
+    with_provenance(own.into_iter().chain(groups), run)
+}
+
+/// Text, in UTF-8 as others write it.
+fn text(text: &str) -> AttributeValue {
+    AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()))
+}
+
+/// A vector as text, which loses no digit.
+fn vector(v: DVec3) -> AttributeValue {
+    text(&format!("{} {} {}", v.x, v.y, v.z))
+}
+
+/// Attributes of a file's own and those of the run that it comes from.
+fn with_provenance<'a>(own: impl IntoIterator<Item = (&'a str, AttributeValue)>, run: &Run) -> LayerAttributes {
+    let count = |count: u64| AttributeValue::F64(count as f64); // exact up to 2⁵³; a 32-bit integer isn't
+    let whole = |number: usize| AttributeValue::I32(i32::try_from(number).unwrap_or(i32::MAX));
+    let software = concat!("luxmap ", env!("CARGO_PKG_VERSION"));
+    let of_run = [
+        ("unit", text("lx")),
+        ("scene", text(&run.scene)),
+        ("sceneHash", text(&run.scene_hash)),
         ("method", text(&run.method)),
         ("tree", text(&run.tree)),
         ("photons", count(run.photons_emitted)),
@@ -197,12 +218,9 @@ fn attributes(map: &IlluminanceMap, run: &Run, groups: &[String]) -> LayerAttrib
         ("passes", whole(run.passes as usize)),
         ("seconds", AttributeValue::F64(run.total_seconds)),
     ];
-    let names = groups.iter().cloned().zip(run.groups.iter().map(|name| name.as_str().into()));
-    let names = serde_json::Value::Object(names.collect()).to_string();
-    let groups = (!groups.is_empty()).then(|| ("groups", text(&names)));
     LayerAttributes {
         software_name: Some(software.into()),
-        other: other.into_iter().chain(groups).map(|(name, value)| (name.into(), value)).collect(),
+        other: own.into_iter().chain(of_run).map(|(name, value)| (name.into(), value)).collect(),
         ..LayerAttributes::default()
     }
 }

@@ -7,23 +7,26 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
 use crate::report::table::method;
-use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::{CameraImage, IlluminanceMap, Results, Run, SensorReading, statistics};
 use crate::units::Lumens;
 
 /// Looks of the page.
 const STYLE: &str = include_str!("report.css");
 
-/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order; a map beyond their number has none.
+/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped and in
+/// false colours; what is beyond their number has none.
 pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let run = &results.run;
     let title = escape(&run.scene);
     let planes: String =
         results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
+    let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
     let parts = [
         format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
         warnings(&run.warnings),
         overview(results),
         planes,
+        results.images.iter().enumerate().map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[]))).collect(),
         sensors(results),
         groups(results),
         flux_balance(run),
@@ -79,6 +82,31 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
         format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
     });
     section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n", figures(map)))
+}
+
+/// Pictures and figures of a camera.
+fn camera(image: &CameraImage, pictures: &[Vec<u8>]) -> String {
+    let name = escape(&image.name);
+    let kinds = ["Luminance, tone-mapped, seen by", "Illuminance in false colours, seen by"];
+    let figure = |(png, kind): (&Vec<u8>, &str)| {
+        let data = BASE64.encode(png);
+        format!("<figure><img src=\"data:image/png;base64,{data}\" alt=\"{kind} {name}\"></figure>\n")
+    };
+    let shown: String = pictures.iter().zip(kinds).map(figure).collect();
+    let [columns, rows] = image.pixels;
+    let [mean, highest] = image.luminances().map(short);
+    let eye = image.eye;
+    let facts = [
+        ("Mean E of what is seen", format!("{} lx", short(image.mean_illuminance()))),
+        ("Standard error of a pixel’s E, root mean square", format!("{} %", percent(image.claim))),
+        ("Luminance, mean", format!("{mean} cd/m²")),
+        ("Luminance, highest", format!("{highest} cd/m²")),
+        ("Eye", format!("({}, {}, {}) m", metres(eye.x), metres(eye.y), metres(eye.z))),
+        ("Field of view from bottom to top", format!("{}°", short(image.fov))),
+        ("Pixels", format!("{columns} × {rows}, {} rays each", image.samples)),
+    ];
+    let facts = definitions(facts.map(|(name, value)| (name.to_owned(), value)));
+    section(&format!("Camera “{name}”"), &format!("{shown}{facts}"))
 }
 
 /// Figures of a plane, one on each line.

@@ -9,6 +9,8 @@
 //! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
 //!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
 //!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
+//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
+//!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
 //! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
 //!   `bvh_memory_bytes`;
@@ -17,7 +19,7 @@
 use serde::Serialize;
 
 use crate::report::{
-    FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics,
+    CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics,
 };
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
@@ -50,6 +52,7 @@ struct Summary<'a> {
     luminaires: usize,
     planes: Vec<Plane<'a>>,
     sensors: Vec<Sensor<'a>>,
+    cameras: Vec<Camera<'a>>,
     flux: Flux,
     stages: Vec<Stage>,
     total_s: f64,
@@ -110,6 +113,21 @@ struct SensorGroup<'a> {
 }
 
 #[derive(Serialize)]
+struct Camera<'a> {
+    name: &'a str,
+    eye_m: [f64; 3],
+    forward: [f64; 3],
+    up: [f64; 3],
+    fov_degrees: f64,
+    pixels: [usize; 2],
+    rays_per_pixel: u64,
+    mean_lx: f64,
+    relative_standard_error: f64,
+    mean_luminance_cd_m2: f64,
+    max_luminance_cd_m2: f64,
+}
+
+#[derive(Serialize)]
 struct Flux {
     emitted_lm: f64,
     absorbed_lm: f64,
@@ -147,6 +165,7 @@ impl<'a> Summary<'a> {
             luminaires: run.luminaires,
             planes: results.maps.iter().map(|map| Plane::new(map, &run.groups)).collect(),
             sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, &run.groups)).collect(),
+            cameras: results.images.iter().map(Camera::new).collect(),
             flux: Flux::new(&run.flux),
             stages: stages(run),
             total_s: run.total_seconds,
@@ -205,6 +224,25 @@ impl<'a> Sensor<'a> {
             target_met: sensor.meets_target(),
             rgb_lx: sensor.rgb.filter(|_| sensor.has_value),
             groups: sensor.groups.iter().zip(groups).map(group).collect(),
+        }
+    }
+}
+
+impl<'a> Camera<'a> {
+    fn new(image: &'a CameraImage) -> Self {
+        let [mean_luminance, max_luminance] = image.luminances();
+        Self {
+            name: &image.name,
+            eye_m: image.eye.to_array(),
+            forward: image.forward.to_array(),
+            up: image.up.to_array(),
+            fov_degrees: image.fov,
+            pixels: image.pixels,
+            rays_per_pixel: image.samples,
+            mean_lx: image.mean_illuminance(),
+            relative_standard_error: image.claim,
+            mean_luminance_cd_m2: mean_luminance,
+            max_luminance_cd_m2: max_luminance,
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod csv;
 pub mod exr;
 mod file;
 pub mod html;
+pub mod image;
 pub mod json;
 mod npy;
 pub(crate) mod number;
@@ -27,7 +28,8 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::units::Lumens;
 pub use exr::ExtraLayers;
-pub use file::stems;
+pub use file::{stems, stems_with_cameras};
+pub use image::{CameraImage, Layer};
 pub use statistics::{Statistics, statistics};
 
 /// Everything a run found, ready to be written.
@@ -39,6 +41,8 @@ pub struct Results {
     pub maps: Vec<IlluminanceMap>,
     /// One reading for each sensor.
     pub sensors: Vec<SensorReading>,
+    /// One image for each camera.
+    pub images: Vec<CameraImage>,
 }
 
 /// Illuminance over one measuring plane. Cells are row by row from `corner`; world coordinates.
@@ -187,26 +191,35 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
-/// plane, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart, `summary.json` and
-/// `report.html`.
+/// plane, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png` (false colours) for each camera, `sensors.csv` where the scene
+/// has sensors, `groups.csv` where their light groups are told apart, `summary.json` and `report.html`.
 ///
 /// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
-/// paths in the order they were written. Planes get their file names from [`stems`].
+/// paths in the order they were written. Planes and cameras get their file names from [`stems_with_cameras`].
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.
 pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
     prepare(folder)?;
     let names: Vec<_> = results.maps.iter().map(|map| map.name.as_str()).collect();
-    let stems = stems(&names);
+    let views: Vec<_> = results.images.iter().map(|image| image.name.as_str()).collect();
+    let (stems, view_stems) = stems_with_cameras(&names, &views);
     let of_planes: Vec<(Vec<PathBuf>, Vec<u8>)> = results
         .maps
         .par_iter()
         .zip(&stems)
         .map(|(map, stem)| write_plane(map, &results.run, layers, &folder.join(stem)))
         .collect::<Result<_, Error>>()?;
-    let (written, pictures): (Vec<_>, Vec<_>) = of_planes.into_iter().unzip();
-    let mut written = written.concat();
+    let of_cameras: Vec<(Vec<PathBuf>, [Vec<u8>; 2])> = results
+        .images
+        .par_iter()
+        .zip(&view_stems)
+        .map(|(image, stem)| write_view(image, &results.run, &folder.join(stem)))
+        .collect::<Result<_, Error>>()?;
+    let (written, mut pictures): (Vec<_>, Vec<_>) = of_planes.into_iter().unzip();
+    let (of_cameras, views): (Vec<_>, Vec<_>) = of_cameras.into_iter().unzip();
+    pictures.extend(views.into_iter().flatten());
+    let mut written = [written, of_cameras].concat().concat();
     let mut save = |name: &str, content: &mut dyn FnMut(&mut file::Writer) -> std::io::Result<()>| {
         let path = folder.join(name);
         file::write_whole(&path, content)?;
@@ -231,12 +244,7 @@ fn write_plane(
     layers: &ExtraLayers,
     stem: &Path,
 ) -> Result<(Vec<PathBuf>, Vec<u8>), Error> {
-    let named = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
-    let files = [named(".exr"), named(".png"), named(".csv")];
+    let files = [".exr", ".png", ".csv"].map(|ending| with_ending(stem, ending));
     let mut picture = Vec::new();
     file::write_whole(&files[0], &mut |out| exr::write(map, run, layers, out))?;
     file::write_whole(&files[1], &mut |out| {
@@ -245,6 +253,29 @@ fn write_plane(
     })?;
     file::write_whole(&files[2], &mut |out| csv::write_plane(map, out))?;
     Ok((files.into(), picture))
+}
+
+/// Writes `<stem>.exr`, `.png` and `-lux.png` of one camera; returns their paths and the two pictures.
+fn write_view(image: &CameraImage, run: &Run, stem: &Path) -> Result<(Vec<PathBuf>, [Vec<u8>; 2]), Error> {
+    let files = [".exr", ".png", "-lux.png"].map(|ending| with_ending(stem, ending));
+    file::write_whole(&files[0], &mut |out| exr::write_view(image, run, out))?;
+    let mut pictures = [Vec::new(), Vec::new()];
+    file::write_whole(&files[1], &mut |out| {
+        pictures[0] = png::tone_mapped(image)?;
+        out.write_all(&pictures[0])
+    })?;
+    file::write_whole(&files[2], &mut |out| {
+        pictures[1] = png::false_colour(image, run)?;
+        out.write_all(&pictures[1])
+    })?;
+    Ok((files.into(), pictures))
+}
+
+/// The path `stem` with an ending added, dots in it or not.
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
 }
 
 impl IlluminanceMap {

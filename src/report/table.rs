@@ -1,7 +1,7 @@
 //! The summary for a person at a terminal.
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::{CameraImage, IlluminanceMap, Results, Run, SensorReading, statistics};
 use crate::units::Lumens;
 
 /// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times.
@@ -17,6 +17,11 @@ pub fn table(results: &Results) -> String {
         lines.push(String::new());
         let head = ["sensor", "E, lx", "σ, lx", "target, lx", ""];
         lines.extend(columns(head, results.sensors.iter().map(sensor)));
+    }
+    if !results.images.is_empty() {
+        lines.push(String::new());
+        let head = ["camera", "Ē seen, lx", "σ of a pixel, %", "L̄, cd/m²", "L_max, cd/m²", "rays a pixel", "pixels"];
+        lines.extend(columns(head, results.images.iter().map(camera)));
     }
     lines.push(String::new());
     if run.photons_emitted > 0 {
@@ -98,6 +103,20 @@ fn sensor(sensor: &SensorReading) -> [String; 5] {
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
         sensor.meets_target().map_or("", |met| if met { "met" } else { "missed" }).into(),
+    ]
+}
+
+/// A camera's line.
+fn camera(image: &CameraImage) -> [String; 7] {
+    let [mean, highest] = image.luminances().map(short);
+    [
+        image.name.clone(),
+        short(image.mean_illuminance()),
+        percent(image.claim),
+        mean,
+        highest,
+        image.samples.to_string(),
+        format!("{} × {}", image.pixels[0], image.pixels[1]),
     ]
 }
 

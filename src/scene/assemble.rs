@@ -91,25 +91,29 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         luminaires: parts.luminaires,
         planes: file.planes,
         sensors: file.sensors,
+        cameras: file.cameras,
         render: file.render,
         warnings,
     };
     scene.planes.iter_mut().for_each(|plane| plane.corner -= centre);
     scene.sensors.iter_mut().for_each(|sensor| sensor.position -= centre);
+    scene.cameras.iter_mut().for_each(|camera| camera.eye -= centre);
     Ok(scene)
 }
 
-/// The box around all that stands or shines; around the measuring points too, where there is no mesh.
+/// The box around all that stands or shines; around the measuring points and cameras too, where there is no mesh.
 fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) -> Bounds {
     let shining = fixtures.iter().flat_map(Fixture::extremes);
     let bounds = match mesh {
         Some(mesh) => Bounds::around([mesh.least, mesh.most].into_iter().chain(shining)),
         None => {
             let planes = file.planes.iter().flat_map(plane_corners);
-            Bounds::around(shining.chain(planes).chain(file.sensors.iter().map(|sensor| sensor.position)))
+            let sensors = file.sensors.iter().map(|sensor| sensor.position);
+            let eyes = file.cameras.iter().map(|camera| camera.eye);
+            Bounds::around(shining.chain(planes).chain(sensors).chain(eyes))
         }
     };
-    bounds.expect("a scene has a plane or a sensor")
+    bounds.expect("a scene has a plane, a sensor or a camera")
 }
 
 fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {

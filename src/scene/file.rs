@@ -8,7 +8,7 @@ use toml::de::DeTable;
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
 use super::material::Dielectric;
 use super::mesh::Placement;
-use super::{MeasuringPlane, PlaneKind, Sensor};
+use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
 use crate::luminaire::{Distribution, colour};
 
@@ -41,6 +41,7 @@ pub(crate) struct SceneFile {
     pub(crate) luminaires: Vec<LuminaireSection>,
     pub(crate) planes: Vec<MeasuringPlane>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) cameras: Vec<Camera>,
     pub(crate) render: RenderDefaults,
 }
 
@@ -89,7 +90,7 @@ pub(crate) struct Array {
     pub(crate) at: Location,
 }
 
-/// Most cells of one measuring plane: 8 GB for each f64 kept of a cell.
+/// Most cells of one measuring plane, and pixels of a camera: 200 MB for each f64 kept of a cell.
 const MOST_CELLS: u64 = 25_000_000;
 /// Most luminaires of a scene.
 pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
@@ -106,11 +107,8 @@ impl SceneFile {
         const KNOWN: [&str; 8] = ["name", "mesh", "material", "luminaire", "plane", "sensor", "camera", "render"];
         let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
 
-        if let Some((at, _)) = top.sections("camera")?.into_iter().next() {
-            let error = InputError::new(at, "a [[camera]]", "measuring planes and sensors");
-            return Err(error.hint("camera images aren't in this version yet; measuring planes and sensors are"));
-        }
         let each = |key: &str| top.sections(key);
+        let planes = planes(&source, each("plane")?)?;
         let scene = Self {
             name: top.name("name")?.map(|name| name.value),
             meshes: each("mesh")?.into_iter().map(|(at, t)| mesh(&source, at, t)).collect::<Result<_, _>>()?,
@@ -119,12 +117,13 @@ impl SceneFile {
                 .into_iter()
                 .map(|(at, t)| luminaire(&source, at, t))
                 .collect::<Result<_, _>>()?,
-            planes: planes(&source, each("plane")?)?,
             sensors: sensors(&source, each("sensor")?)?,
+            cameras: cameras(&source, each("camera")?, &planes)?,
+            planes,
             render: render(&top)?,
         };
-        if scene.planes.is_empty() && scene.sensors.is_empty() {
-            let found = "neither a [[plane]] nor a [[sensor]]";
+        if scene.planes.is_empty() && scene.sensors.is_empty() && scene.cameras.is_empty() {
+            let found = "neither a [[plane]] nor a [[sensor]] nor a [[camera]]";
             let error = InputError::new(Location::file(path), found, "at least one of them");
             return Err(error.hint("they say where illuminance is wanted"));
         }
@@ -314,18 +313,14 @@ fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Me
     for (at, table) in sections {
         const KNOWN: [&str; 6] = ["name", "corner", "along", "across", "cells", "on"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
-        let name = names.take(&fields)?;
-        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
-            let error = fields.refusal("name", "a name that can be a file's");
-            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
-        }
+        let name = names.take_for_a_file(&fields)?;
         let [along, across] = sides(&fields)?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
             along,
             across,
-            cells: cells(&fields)?,
+            cells: whole_image(&fields, "cells", "[120, 144]", "cells")?,
             kind: match fields.word("on", &["surface", "air"])? {
                 Some(word) if word.value == "air" => PlaneKind::Air,
                 _ => PlaneKind::Surface,
@@ -333,6 +328,49 @@ fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Me
         });
     }
     Ok(planes)
+}
+
+fn cameras(
+    source: &Source,
+    sections: Vec<(Location, &DeTable)>,
+    planes: &[MeasuringPlane],
+) -> Result<Vec<Camera>, InputError> {
+    let mut cameras = Vec::with_capacity(sections.len());
+    let mut names = Names::new("camera");
+    for (at, table) in sections {
+        const KNOWN: [&str; 6] = ["name", "eye", "look_at", "up", "fov", "pixels"];
+        let fields = Fields::new(source, "[[camera]]", at, table, &KNOWN)?;
+        let name = names.take_for_a_file(&fields)?;
+        if planes.iter().any(|plane| plane.name.to_lowercase() == name.to_lowercase()) {
+            let error = fields.refusal("name", "a name that no [[plane]] has");
+            return Err(error.hint("both are written as NAME.exr"));
+        }
+        let eye = fields.metres("eye")?.ok_or_else(|| fields.missing("eye", "[x, y, z] (m)"))?.value;
+        let [forward, right, up] = view_axes(&fields, eye)?;
+        let fov = fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
+        let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
+        let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
+        cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
+    }
+    Ok(cameras)
+}
+
+/// Unit vectors forward, to the right and to the top of a camera's image. Without `up`, the world's z points to the top;
+/// seen straight from above or below y does, as in a plan.
+fn view_axes(fields: &Fields, eye: DVec3) -> Result<[DVec3; 3], InputError> {
+    let look_at = fields.metres("look_at")?.ok_or_else(|| fields.missing("look_at", "[x, y, z] (m)"))?.value;
+    let Some(forward) = (look_at - eye).try_normalize().filter(|_| look_at.distance(eye) >= 1e-9) else {
+        return Err(fields.refusal("look_at", "a point other than eye"));
+    };
+    let sides = match fields.direction("up")? {
+        Some(up) => Camera::sides(forward, up.value).ok_or_else(|| {
+            fields.refusal("up", "a direction other than that from eye to look_at, or its opposite")
+        })?,
+        None => Camera::sides(forward, DVec3::Z)
+            .or_else(|| Camera::sides(forward, DVec3::Y))
+            .expect("no direction is parallel to both z and y"),
+    };
+    Ok([forward, sides[0], sides[1]])
 }
 
 /// The two sides of a measuring plane.
@@ -352,12 +390,13 @@ fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
     Ok([along, across])
 }
 
-fn cells(fields: &Fields) -> Result<[usize; 2], InputError> {
-    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} cells in all");
-    let cells = fields.whole_pair("cells", 1, MOST_CELLS)?.ok_or_else(|| fields.missing("cells", "[120, 144]"))?.value;
-    match cells.map(usize::try_from) {
-        [Ok(columns), Ok(rows)] if cells[0] * cells[1] <= MOST_CELLS => Ok([columns, rows]),
-        _ => Err(fields.refusal("cells", expected())),
+/// Columns and rows of an image.
+fn whole_image(fields: &Fields, key: &str, example: &str, what: &str) -> Result<[usize; 2], InputError> {
+    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} {what} in all");
+    let sides = fields.whole_pair(key, 1, MOST_CELLS)?.ok_or_else(|| fields.missing(key, example))?.value;
+    match sides.map(usize::try_from) {
+        [Ok(columns), Ok(rows)] if sides[0] * sides[1] <= MOST_CELLS => Ok([columns, rows]),
+        _ => Err(fields.refusal(key, expected())),
     }
 }
 
@@ -394,6 +433,16 @@ impl Names {
             Some(first) => Err(duplicate(self.kind, &name, &first)),
             None => Ok(name.value),
         }
+    }
+
+    /// The same for a section whose results are written under its name.
+    fn take_for_a_file(&mut self, fields: &Fields) -> Result<String, InputError> {
+        let name = self.take(fields)?;
+        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
+            let error = fields.refusal("name", "a name that can be a file's");
+            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
+        }
+        Ok(name)
     }
 }
 

@@ -4,6 +4,7 @@
 //! would leave single precision a grid of 6 cm. World position = local position + centre.
 
 mod assemble;
+mod camera;
 mod fields;
 pub mod file;
 mod fixture;
@@ -21,6 +22,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
+pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use material::{Dielectric, Material};
 pub use mesh::Mesh;
@@ -46,6 +48,8 @@ pub struct Scene {
     pub planes: Vec<MeasuringPlane>,
     /// Measuring points.
     pub sensors: Vec<Sensor>,
+    /// Cameras.
+    pub cameras: Vec<Camera>,
     /// Options of `render` that the file sets.
     pub render: RenderDefaults,
     /// What was dropped or looks wrong, in words.

@@ -159,6 +159,17 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
+        match scene.cameras.len() {
+            0 => decide(false, "camera rays", "no camera in the scene".into()),
+            _ if bounces && method != Method::Gather => {
+                decide(true, "camera rays", format!("go on from surface to surface with method {name}, as paths"))
+            }
+            cameras => decide(true, "camera rays", format!("from the surfaces that {cameras} in the scene see")),
+        };
+        let densities = photons && caustics && !scene.cameras.is_empty();
+        if densities {
+            decide(true, "densities of caustics", "at the surfaces that cameras see".into());
+        }
         let number = LightGroups::of(&scene.luminaires).len();
         let groups = match (number, method, scene.render.groups) {
             (0 | 1, ..) => decide(false, "light groups", "one group only: all light is its own".into()),
