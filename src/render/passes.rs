@@ -347,7 +347,7 @@ impl<'a, const C: usize> Engine<'a, C> {
         let grid = (method == Method::Gather).then(|| {
             let size = PATCH_SHARE * mean_sight(run, places, caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
-            let useful = |material: u32| scene.materials[material as usize].reflectance.iter().any(|&part| part > 0.0);
+            let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
         Self { tracer, sight, grid }

@@ -15,6 +15,7 @@ mod obj;
 pub mod plan;
 mod polygon;
 mod surface;
+mod texture;
 
 use std::path::PathBuf;
 
@@ -22,7 +23,7 @@ use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
 pub use file::RenderDefaults;
-pub use material::{Dielectric, Material};
+pub use material::{Dielectric, Material, Sides};
 pub use mesh::Mesh;
 
 /// A validated scene, ready to be traced.
