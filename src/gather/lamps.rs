@@ -103,12 +103,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
     /// Points of the luminaires are drawn by flux, equally spaced among it; one of them is then chosen by what it would
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
     /// and some 10 ns a candidate.
-    pub fn aimed(
-        &self,
-        from: Vec3,
-        receive: impl Fn(&Aim) -> f32,
-        stream: &mut Stream,
-    ) -> Option<(Vec3, [f32; C])> {
+    pub fn aimed(&self, from: Vec3, receive: impl Fn(&Aim) -> f32, stream: &mut Stream) -> Option<(Vec3, [f32; C])> {
         let offset = stream.uniform();
         let (mut whole, mut chosen) = (0.0_f32, None);
         for candidate in 0..self.candidates {

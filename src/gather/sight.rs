@@ -81,7 +81,8 @@ impl<'a, const C: usize> Sight<'a, C> {
             let body = luminaire.body.clone().into_iter();
             body.map(move |triangle| Glow { triangle, exitance, near_squared, spread })
         };
-        let mut glow: Vec<Glow<C>> = scene.luminaires.iter().zip(spreads(&scene.luminaires)).flat_map(of_luminaire).collect();
+        let mut glow: Vec<Glow<C>> =
+            scene.luminaires.iter().zip(spreads(&scene.luminaires)).flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
         Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }

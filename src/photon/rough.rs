@@ -376,9 +376,8 @@ mod tests {
         let mut stream = Seed(6).stream(0);
         for degrees in ANGLES {
             let expected = mirror(-at(degrees), Vec3::Z);
-            let count = (0..1000).filter(|_| {
-                (facets.reflect(-at(degrees), Vec3::Z, &mut stream) - expected).length() < 100.0 * FINEST
-            });
+            let count = (0..1000)
+                .filter(|_| (facets.reflect(-at(degrees), Vec3::Z, &mut stream) - expected).length() < 100.0 * FINEST);
             assert!(count.count() > 980, "{degrees}°");
         }
     }
