@@ -327,27 +327,67 @@ fn materials_that_can_t_be() {
         "scene.toml:13: found reflectance + specular = 1.25 in material \"floor\", expected at most 1 in each channel"
     );
     assert_eq!(
-        material_says("roughness = 0.2"),
-        "scene.toml:12: found roughness = 0.2 in [material.floor], expected 0; rough mirrors aren't in this version yet"
+        material_says("reflectance = 0.5\nspecular = 0.2\ntransmittance = [0.1, 0.1, 0.375]"),
+        "scene.toml:14: found reflectance + specular + transmittance = 1.075 in material \"floor\", expected at most 1 in each \
+         channel"
     );
     assert_eq!(
-        material_says("transmittance = [0, 0, 0.2]"),
-        "scene.toml:12: found transmittance = [0, 0, 0.2] in [material.floor], expected 0; translucent materials aren't in \
-         this version yet"
+        material_says("transmittance = 0.9"), // beside the MTL's Kd 0.2
+        "scene.toml:12: found reflectance + specular + transmittance = 1.1 in material \"floor\", expected at most 1 in each \
+         channel"
     );
-    assert_eq!(material_says("roughness = 0\ntransmittance = 0.0"), "loaded: ");
+    assert_eq!(
+        material_says("transmittance = [0, 0, 2]"),
+        "scene.toml:12: found transmittance = [0, 0, 2] in [material.floor], expected a number from 0 to 1, or three as \
+         [r, g, b]; opal glass: about 0.5"
+    );
+    assert_eq!(
+        material_says("specular = 0.5\nroughness = 1.5"),
+        "scene.toml:13: found roughness = 1.5 in [material.floor], expected a number from 0 (a perfect mirror) to 1; \
+         brushed metal: about 0.3"
+    );
+    assert_eq!(
+        material_says("specular = 0.5\nroughness = [0.1, 0.2, 0.3]"),
+        "scene.toml:13: found roughness = [0.1, 0.2, 0.3] in [material.floor], expected a number from 0 (a perfect mirror) \
+         to 1; brushed metal: about 0.3"
+    );
+    assert_eq!(
+        material_says("roughness = 0.2"),
+        "loaded: scene.toml:12: roughness of material \"floor\" left out; it mirrors nothing"
+    );
+    assert_eq!(
+        material_says("sides = \"front\""),
+        "scene.toml:12: found sides = \"front\" in [material.floor], expected one of \"one\", \"two\""
+    );
+    assert_eq!(
+        material_says("transmittance = 0.1\nsides = \"one\""),
+        "scene.toml:13: found sides = \"one\" in [material.floor], expected \"two\" where there is a transmittance; a sheet \
+         that light passes has two sides"
+    );
+    assert_eq!(material_says("roughness = 0\ntransmittance = 0.0\nsides = \"one\""), "loaded: ");
     assert_eq!(
         material_says("dielectric = { ior = 0.9 }"),
         "scene.toml:12: found ior = 0.9 in dielectric of [material.floor], expected a number from 1 to 10 (window glass: 1.5)"
     );
     assert_eq!(
         material_says("dielectric = { ior = 1.5, absorption = -1 }"),
-        "scene.toml:12: found absorption = -1 in dielectric of [material.floor], expected a number from 0 up, 1/m"
+        "scene.toml:12: found absorption = -1 in dielectric of [material.floor], expected a number from 0 up, 1/m, or three \
+         as [r, g, b]"
+    );
+    assert_eq!(
+        material_says("dielectric = { ior = 1.5, absorption = [1, 2] }"),
+        "scene.toml:12: found absorption = [1, 2] in dielectric of [material.floor], expected a number from 0 up, 1/m, or \
+         three as [r, g, b]"
     );
     assert_eq!(
         material_says("dielectric = { ior = 1.5 }\nreflectance = 0.1"),
-        "scene.toml:12: found dielectric = a table in [material.floor], expected no reflectance or specular beside it; what \
-         glass reflects follows from its ior"
+        "scene.toml:12: found dielectric = a table in [material.floor], expected no other key beside it; what glass \
+         reflects follows from its ior"
+    );
+    assert_eq!(
+        material_says("roughness = 0.3\ndielectric = { ior = 1.5 }"),
+        "scene.toml:13: found dielectric = a table in [material.floor], expected no other key beside it; what glass \
+         reflects follows from its ior"
     );
 }
 
@@ -526,7 +566,39 @@ fn mtl_files_that_can_t_be() {
 fn warnings() {
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.2\nmap_Kd wood.png\n"),
-        "loaded: room.mtl:3: map_Kd of material \"floor\" left out; its Kd counts"
+        "loaded: room.mtl:3: map_Kd \"wood.png\" of material \"floor\" left out (there is no such file); its Kd counts; \
+         reflectance in [material.floor] overrides it"
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nKd 0.2\nmap_Kd -s 2 2 2 room.obj\n"),
+        "loaded: room.mtl:3: map_Kd \"room.obj\" of material \"floor\" left out (it is neither PNG nor JPEG); its Kd \
+         counts; reflectance in [material.floor] overrides it"
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nmap_Kd wood.png\n"),
+        "room.obj:6: found no reflectance for material \"floor\", expected Kd in an MTL file, or a section in the scene \
+         file; add [material.floor] with reflectance = 0.5, say"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}{SENSOR}[material.floor]\nreflectance = 0.4\n"),
+            OBJ,
+            "newmtl floor\nKd 0.2\nmap_Kd wood.png\n"
+        ),
+        "loaded: "
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nNi 1.5\nillum 4\nTf 0.5 0.9 0.5\n"),
+        "loaded: room.mtl:1: Tf of glass \"floor\" left out, since it belongs to no thickness; its glass is clear; \
+         dielectric in [material.floor] gives it an absorption per metre"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}{SENSOR}[material.floor]\nroughness = 0.4\n"),
+            OBJ,
+            "newmtl floor\nNi 1.5\nillum 7\n"
+        ),
+        "loaded: scene.toml:12: roughness of material \"floor\" left out; it is smooth glass"
     );
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.2\nKs 0.3\nKe 5\nillum 3\n"),
@@ -544,7 +616,7 @@ fn warnings() {
 fn no_byte_makes_it_panic() {
     let toml = format!(
         "{MESH}{LAMP}opening = {{ rectangle = [1, 1] }}\narray = {{ count = [2, 2], pitch = [1, 1] }}\n{SENSOR}{PLANE}\
-         [material.floor]\nreflectance = 0.2\n[render]\nphotons = 1e6\n"
+         [material.floor]\nreflectance = 0.2\nspecular = 0.1\nroughness = 0.3\ntransmittance = [0.1, 0, 0]\n[render]\nphotons = 1e6\n"
     );
     let sound = [("scene.toml", toml.as_bytes()), ("room.obj", OBJ.as_bytes()), ("room.mtl", MTL.as_bytes())];
     for spoilt in 0..sound.len() {

@@ -11,11 +11,11 @@ use std::f64::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::caustics::{CausticMap, Scratch};
-use super::sight::{Records, Sight};
+use super::sight::{Last, Records, Sight};
 use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
-use crate::photon::surface::{Surface, mirror, refract};
+use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
 use crate::photon_map::NearestPhotons;
 
 /// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
@@ -91,14 +91,11 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
         let behind = through_glass(self.sight, self.caster, first, direction, draw.rays);
         let surface = behind.map(|(hit, direction)| {
             let normal = facing(&hit, direction);
-            let albedo = match self.sight.surface(&hit) {
-                Surface::Opaque { diffuse, .. } => diffuse,
-                Surface::Glass { .. } => [0.0; C],
-            };
+            let albedo = seen_layers(self.sight.surface(&hit), &hit, direction).diffuse;
             SeenSurface { light: self.arriving(&hit, normal, draw), albedo, normal }
         });
         // Without glass in between, the light at that surface serves both.
-        let known = surface.filter(|_| matches!(self.sight.surface(&first), Surface::Opaque { .. }));
+        let known = surface.filter(|_| self.sight.surface(&first).is_landed_on());
         Seen { surface, luminance: self.luminance(first, direction, known.map(|surface| surface.light), draw) }
     }
 
@@ -118,20 +115,13 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
     }
 
     /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is known.
-    fn luminance(
-        &self,
-        hit: Hit,
-        direction: Vec3,
-        mut known: Option<Arriving<C>>,
-        draw: &mut Draw<'_, T>,
-    ) -> [f64; C] {
+    fn luminance(&self, hit: Hit, direction: Vec3, mut known: Option<Arriving<C>>, draw: &mut Draw<'_, T>) -> [f64; C] {
         let (mut hit, mut direction) = (hit, direction);
         let mut luminance = [0.0; C];
-        let (mut weight, mut absorption) = (Flux([1.0; C]), 0.0);
+        let (mut weight, mut absorption) = (Flux([1.0; C]), [0.0; C]);
+        let mut last = Last::Mirror;
         for _ in 0..DEEPEST {
-            if absorption > 0.0 {
-                weight = weight.scaled((-absorption * hit.distance).exp());
-            }
+            weight = weight.filtered(absorption.map(|per_metre: f32| (-per_metre * hit.distance).exp()));
             let normal = facing(&hit, direction);
             match self.sight.surface(&hit) {
                 Surface::Glass { ior, absorption: inside } => {
@@ -139,27 +129,34 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
                     let ratio = if front { 1.0 / ior } else { ior };
                     direction = match refract(direction, normal, ratio) {
                         Some((onward, reflected)) if draw.stream.uniform() >= reflected => {
-                            absorption = if front { inside } else { 0.0 };
+                            absorption = if front { inside } else { [0.0; C] };
                             onward
                         }
                         _ => mirror(direction, normal),
                     };
+                    last = Last::Mirror;
                 }
-                Surface::Opaque { diffuse, specular } => {
-                    let emitted = self.sight.emitted(&hit, direction);
-                    let reflects = diffuse.iter().any(|&share| share > 0.0);
-                    let light = match known.take() {
-                        Some(light) => light,
-                        None if reflects => {
-                            draw.at = draw.stream.uniform_pair();
-                            self.arriving(&hit, normal, draw)
-                        }
-                        None => Arriving { direct: [0.0; C], indirect: [0.0; C] },
+                surface => {
+                    let Layers { diffuse, transmitted, specular, rough, .. } = seen_layers(surface, &hit, direction);
+                    let emitted = self.sight.emitted(&hit, direction, last);
+                    let mut add = |weight: Flux<C>, cd: [f64; C]| {
+                        (0..C).for_each(|c| luminance[c] += f64::from(weight.0[c]) * cd[c]);
                     };
-                    for c in 0..C {
-                        let lux = light.direct[c] + light.indirect[c];
-                        let reflected = f64::from(diffuse[c]) * lux * FRAC_1_PI;
-                        luminance[c] += f64::from(weight.0[c]) * (f64::from(emitted[c]) + reflected);
+                    add(weight, emitted);
+                    let known = known.take();
+                    for (shares, side) in [(diffuse, normal), (transmitted, -normal)] {
+                        if shares.iter().all(|&share| share <= 0.0) {
+                            continue;
+                        }
+                        let light = match known {
+                            Some(light) if side == normal => light,
+                            _ => {
+                                draw.at = draw.stream.uniform_pair();
+                                self.arriving(&hit, side, draw)
+                            }
+                        };
+                        let lux: [f64; C] = std::array::from_fn(|c| light.direct[c] + light.indirect[c]);
+                        add(weight.filtered(shares), lux.map(|lux| lux * FRAC_1_PI));
                     }
                     weight = weight.filtered(specular);
                     let chance = (RELUCTANCE * weight.brightest()).min(1.0);
@@ -169,7 +166,17 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
                         }
                         weight = weight.scaled(1.0 / chance);
                     }
-                    direction = mirror(direction, normal);
+                    (direction, last) = match rough {
+                        None => (mirror(direction, normal), Last::Mirror),
+                        Some(Gloss { facets, .. }) => {
+                            *draw.rays += 1;
+                            let at = hit.leave(normal);
+                            let (lux, _) = self.sight.glossed(facets, at, -direction, normal, draw.stream);
+                            add(weight, lux.map(|lux| f64::from(lux) * FRAC_1_PI));
+                            let onward = facets.reflect(direction, normal, draw.stream);
+                            (onward, Last::Gloss(facets.lobe(-direction, onward, normal)))
+                        }
+                    };
                 }
             }
             *draw.rays += 1;
@@ -180,6 +187,12 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
         }
         luminance
     }
+}
+
+/// What a surface does with light on the side that a ray along `direction` met.
+fn seen_layers<const C: usize>(surface: Surface<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
+    let layers = surface.layers();
+    if layers.one_sided && direction.dot(hit.normal) >= 0.0 { Layers::black() } else { layers }
 }
 
 /// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction in

@@ -1,5 +1,7 @@
 //! Direct light at any point by one shadow ray: for paths, which ask at millions of points and need no more.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
 use crate::embree::RayCaster;
@@ -25,6 +27,34 @@ pub fn near_squared(luminaire: &Luminaire) -> f32 {
     (area / std::f64::consts::PI) as f32
 }
 
+/// Area (m²) of each luminaire that stands for one of the points drawn on them all: its own over its share of the points.
+pub fn spreads(luminaires: &[Luminaire]) -> Vec<f32> {
+    let flux: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
+    let points = CANDIDATES.min(luminaires.len()) as f64;
+    let share = |luminaire: &Luminaire| points * luminaire.flux.0 / flux;
+    luminaires.iter().map(|luminaire| PI * near_squared(luminaire) / share(luminaire) as f32).collect()
+}
+
+/// A point drawn on a luminaire, as the point lit sees it.
+pub struct Aim {
+    /// Unit vector to it.
+    pub direction: Vec3,
+    /// Whether it is nearer than [`near_squared`].
+    pub near: bool,
+    /// What it stands for, sr: one over the density with which such points are drawn; 0 for a luminaire without extent.
+    pub solid_angle: f32,
+}
+
+/// The luminaire that was chosen to stand for all.
+pub struct Aimed<const C: usize> {
+    /// Unit vector to its point.
+    pub direction: Vec3,
+    /// What all bring, lx.
+    pub lux: [f32; C],
+    /// Its number.
+    pub luminaire: u32,
+}
+
 /// The luminaires of a scene, ready to be asked for direct light.
 pub struct Lamps<'a, const C: usize> {
     caster: &'a RayCaster,
@@ -40,6 +70,8 @@ struct Lamp<const C: usize> {
     front: Front,
     /// Squared distance, m², within which rays find it better.
     near_squared: f32,
+    /// See [`spreads`].
+    spread: f32,
     distribution: Distribution,
     colour: [f32; C],
 }
@@ -52,15 +84,16 @@ impl<'a, const C: usize> Lamps<'a, C> {
             *sum += luminaire.flux.0 / flux;
             Some(*sum as f32)
         });
-        let lamp = |luminaire: &Luminaire| Lamp {
+        let lamp = |(luminaire, spread): (&Luminaire, f32)| Lamp {
             front: Front::new(&luminaire.opening),
             near_squared: near_squared(luminaire),
+            spread,
             distribution: luminaire.distribution,
             colour: channels::<C>(luminaire.colour).map(|channel| channel as f32),
         };
         Self {
             caster,
-            lamps: luminaires.iter().map(lamp).collect(),
+            lamps: luminaires.iter().zip(spreads(luminaires)).map(lamp).collect(),
             shares: shares.collect(),
             flux: flux as f32,
             candidates: CANDIDATES.min(luminaires.len()),
@@ -69,11 +102,18 @@ impl<'a, const C: usize> Lamps<'a, C> {
 
     /// An estimate without bias of the direct illuminance (lx) at a point `from` (m) just off a surface with unit normal
     /// `normal`, from what of the luminaires is not nearer than [`near_squared`]; and the luminaire that stands for all.
+    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
+        let cosine = |aim: &Aim| if aim.near { 0.0 } else { aim.direction.dot(normal).max(0.0) };
+        self.aimed(from, cosine, stream).map_or(([0.0; C], 0), |aimed| (aimed.lux, aimed.luminaire))
+    }
+
+    /// The same where `receive` says what light from each direction is worth, instead of its cosine; and the direction
+    /// whence it comes, for a worth that `receive` only approximates.
     ///
     /// Points of the luminaires are drawn by flux, equally spaced among it; one of them is then chosen by what it would
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
     /// and some 10 ns a candidate.
-    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
+    pub fn aimed(&self, from: Vec3, receive: impl Fn(&Aim) -> f32, stream: &mut Stream) -> Option<Aimed<C>> {
         let offset = stream.uniform();
         let (mut whole, mut chosen) = (0.0_f32, None);
         for candidate in 0..self.candidates {
@@ -90,21 +130,23 @@ impl<'a, const C: usize> Lamps<'a, C> {
                 Distribution::Isotropic => 0.25,
                 Distribution::Lambertian => (-direction.dot(facing)).max(0.0),
             };
-            let weight = leaving * direction.dot(normal).max(0.0) / (distance * distance);
-            if weight > 0.0 && weight.is_finite() && distance * distance >= lamp.near_squared {
+            let solid_angle = lamp.spread * (-direction.dot(facing)).max(0.0) / (distance * distance);
+            let aim = Aim { direction, near: distance * distance < lamp.near_squared, solid_angle };
+            let weight = leaving * receive(&aim) / (distance * distance);
+            if weight > 0.0 && weight.is_finite() {
                 whole += weight;
                 if stream.uniform() * whole < weight {
                     chosen = Some((which, direction, distance));
                 }
             }
         }
-        let Some((which, direction, distance)) = chosen else { return ([0.0; C], 0) };
+        let (which, direction, distance) = chosen?;
         let lamp = &self.lamps[which];
         let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
         if self.caster.is_occluded(from, direction, reach) {
-            return ([0.0; C], 0);
+            return None;
         }
         let lux = self.flux * std::f32::consts::FRAC_1_PI * whole / self.candidates as f32;
-        (lamp.colour.map(|channel| channel * lux), which as u32)
+        Some(Aimed { direction, lux: lamp.colour.map(|channel| channel * lux), luminaire: which as u32 })
     }
 }

@@ -24,8 +24,10 @@ const OPEN_WALKS: u64 = 8;
 pub struct Reach<'a> {
     caster: &'a RayCaster,
     fronts: Vec<Front>,
-    /// Light passes.
+    /// Light passes straight.
     clear: Vec<bool>,
+    /// Light passes and is scattered.
+    translucent: Vec<bool>,
     seed: Seed,
     /// Whether light gets out of the scene, so that what else is outside may meet it.
     open: bool,
@@ -39,6 +41,7 @@ impl<'a> Reach<'a> {
             caster,
             fronts: scene.luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect(),
             clear,
+            translucent: scene.materials.iter().map(Material::is_translucent).collect(),
             seed,
             open: false,
         };
@@ -95,7 +98,9 @@ impl<'a> Reach<'a> {
         let onward = if self.clear[hit.material as usize] {
             direction
         } else {
-            stream.cosine_about(if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal })
+            let through = self.translucent[hit.material as usize] && stream.uniform() < 0.5;
+            let to_front = (direction.dot(hit.normal) < 0.0) != through;
+            stream.cosine_about(if to_front { hit.normal } else { -hit.normal })
         };
         Some((hit.leave(onward), onward))
     }

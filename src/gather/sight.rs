@@ -6,18 +6,20 @@
 //! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
 //! elsewhere (`direct.rs`).
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::PI;
+use std::f64::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::lamps::{Lamps, near_squared};
+use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
 use crate::luminaire::emit::triangle_area;
 use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::random::Stream;
-use crate::photon::surface::{Surface, mirror, refract};
+use crate::photon::rough::Microsurface;
+use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
 use crate::photon::trace::BOUNCE_CAP;
 use crate::scene::Scene;
 
@@ -44,6 +46,21 @@ struct Glow<const C: usize> {
     exitance: [f32; C],
     /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
     near_squared: f32,
+    /// See [`spreads`].
+    spread: f32,
+}
+
+/// What a ray left last: tells which part of the light of a luminaire that it meets was not drawn there.
+#[derive(Clone, Copy)]
+pub(super) enum Last {
+    /// The point that asks: luminaires it sees are counted elsewhere.
+    Point,
+    /// A mirror or glass: nothing was drawn.
+    Mirror,
+    /// A diffuse surface: all but what is near.
+    Diffuse,
+    /// A rough mirror, with this density (1/sr): what this way is the less likely to find.
+    Gloss(f32),
 }
 
 /// Photons' answer where a ray ends.
@@ -101,16 +118,17 @@ impl<const C: usize> Origins<C> for ToGroups<'_, C> {
 impl<'a, const C: usize> Sight<'a, C> {
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
-        let of_luminaire = |(number, luminaire): (usize, &Luminaire)| {
+        let of_luminaire = |(number, (luminaire, spread)): (usize, (&Luminaire, f32))| {
             let corners = |&triangle: &u32| triangle_area(&scene.mesh.corners(triangle as usize));
             let area: f64 = luminaire.body.iter().map(corners).sum();
             let exitance = channels::<C>(luminaire.colour).map(|c| (c * luminaire.flux.0 / area) as f32);
             let near_squared = near_squared(luminaire);
             let body = luminaire.body.clone().into_iter();
             let number = number as u32;
-            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, near_squared })
+            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, near_squared, spread })
         };
-        let mut glow: Vec<Glow<C>> = scene.luminaires.iter().enumerate().flat_map(of_luminaire).collect();
+        let spread = scene.luminaires.iter().zip(spreads(&scene.luminaires));
+        let mut glow: Vec<Glow<C>> = spread.enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
         Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }
@@ -158,7 +176,7 @@ impl<'a, const C: usize> Sight<'a, C> {
 
     /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see [`Lamps::direct`].
     pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
-        self.lamps.direct(from, normal, stream)
+        self.lamps.direct(from, normal, stream).0
     }
 
     /// What a hit surface does with light.
@@ -166,10 +184,14 @@ impl<'a, const C: usize> Sight<'a, C> {
         self.surfaces[hit.material as usize]
     }
 
-    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met; 0 for any other surface.
-    pub(super) fn emitted(&self, hit: &Hit, direction: Vec3) -> [f32; C] {
+    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
+    /// surface.
+    pub(super) fn emitted(&self, hit: &Hit, direction: Vec3, last: Last) -> [f64; C] {
         match self.glow(hit.triangle) {
-            Some(glow) if direction.dot(hit.normal) < 0.0 => glow.exitance.map(|lux| lux * FRAC_1_PI),
+            Some(glow) if direction.dot(hit.normal) < 0.0 => {
+                let share = f64::from(glow.left_to(last, direction, hit)) * FRAC_1_PI;
+                glow.exitance.map(|lux| f64::from(lux) * share)
+            }
             _ => [0.0; C],
         }
     }
@@ -189,8 +211,10 @@ impl<'a, const C: usize> Sight<'a, C> {
         let (mut origin, mut direction) = (origin, direction);
         let mut found = [0.0; C];
         let mut weight = Flux([1.0; C]);
-        let (mut absorption, mut by_mirror) = (0.0, false);
-        let (mut bounced, mut glow_counts) = (false, self.caustics);
+        let (mut absorption, mut last) = ([0.0; C], Last::Point);
+        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point
+        // is one that photons take as a caustic, until it meets a diffuse surface.
+        let (mut bounced, mut caustic) = (false, false);
         let mut add = |weight: Flux<C>, lux: [f32; C]| {
             let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
             (0..C).for_each(|c| found[c] += part[c]);
@@ -199,8 +223,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         for _ in 0..BOUNCE_CAP {
             *rays += 1;
             let Some(hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
-            if absorption > 0.0 {
-                weight = weight.scaled((-absorption * hit.distance).exp());
+            if absorption.iter().any(|&per_metre| per_metre > 0.0) {
+                weight = weight.filtered(absorption.map(|per_metre| (-per_metre * hit.distance).exp()));
             }
             let front = direction.dot(hit.normal) < 0.0;
             let facing = if front { hit.normal } else { -hit.normal };
@@ -209,50 +233,92 @@ impl<'a, const C: usize> Sight<'a, C> {
                     let ratio = if front { 1.0 / ior } else { ior };
                     direction = match refract(direction, facing, ratio) {
                         Some((onward, reflected)) if stream.uniform() >= reflected => {
-                            absorption = if front { inside } else { 0.0 };
+                            absorption = if front { inside } else { [0.0; C] };
                             onward
                         }
                         _ => mirror(direction, facing),
                     };
-                    by_mirror = true;
+                    (last, caustic) = (Last::Mirror, true);
                 }
-                Surface::Opaque { diffuse, specular } => {
+                surface => {
+                    let Layers { diffuse, transmitted, specular, rough, one_sided } = surface.layers();
                     if front
-                        && (glow_counts || near.is_some())
+                        && (bounced || !caustic || self.caustics)
                         && let Some(glow) = self.glow(hit.triangle)
                     {
-                        // By way of mirrors and glass all of it; straight from a surface, what was not drawn there.
-                        let is_near = hit.distance * hit.distance < glow.near_squared;
-                        if if by_mirror { glow_counts } else { bounced && is_near } {
-                            origins.luminaire(glow.luminaire, add(weight, glow.exitance));
-                        } else if let (false, false, true, Some(near)) = (by_mirror, bounced, is_near, near.as_mut()) {
-                            (0..C).for_each(|c| near[c] += f64::from(weight.0[c]) * f64::from(glow.exitance[c]));
+                        let left = glow.left_to(last, direction, &hit);
+                        if left > 0.0 {
+                            origins.luminaire(glow.luminaire, add(weight.scaled(left), glow.exitance));
+                        } else if let (Last::Point, Some(near)) = (last, near.as_mut()) {
+                            let left = glow.left_to(Last::Diffuse, direction, &hit);
+                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(glow.exitance[c]));
                         }
                     }
-                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
-                    let (to_diffuse, to_mirror) = (diffused.brightest(), mirrored.brightest());
-                    let either = to_diffuse + to_mirror;
-                    if either <= 0.0 {
+                    if one_sided && !front {
                         break;
                     }
-                    if to_mirror > 0.0 && stream.uniform() * either < to_mirror {
-                        weight = mirrored.scaled(either / to_mirror);
-                        direction = mirror(direction, facing);
-                        by_mirror = true;
-                    } else {
-                        weight = diffused.scaled(either / to_diffuse);
-                        if let Some(records) = records
-                            && let Some(patch) = records.grid.patch(&hit, direction, self.caster)
-                        {
-                            add(weight, records.light.illuminance(patch));
-                            origins.patch(patch, weight);
-                            break;
+                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
+                    let passed = weight.filtered(transmitted);
+                    let (to_diffuse, to_mirror, to_other) =
+                        (diffused.brightest(), mirrored.brightest(), passed.brightest());
+                    let any = to_diffuse + to_mirror + to_other;
+                    if any <= 0.0 {
+                        break;
+                    }
+                    if to_mirror > 0.0 && stream.uniform() * any < to_mirror {
+                        weight = mirrored.scaled(any / to_mirror);
+                        caustic |= rough.is_none_or(|gloss| gloss.sharp);
+                        if let Some(Gloss { facets, .. }) = rough {
+                            if bounced || !caustic || self.caustics {
+                                *rays += 1;
+                                let (lux, luminaire) =
+                                    self.glossed(facets, hit.leave(facing), -direction, facing, stream);
+                                origins.luminaire(luminaire, add(weight, lux));
+                            }
+                            let onward = facets.reflect(direction, facing, stream);
+                            last = Last::Gloss(facets.lobe(-direction, onward, facing));
+                            direction = onward;
+                        } else {
+                            direction = mirror(direction, facing);
+                            last = Last::Mirror;
                         }
-                        *rays += 1;
-                        let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
-                        origins.luminaire(luminaire, add(weight, lux));
-                        direction = stream.cosine_about(facing);
-                        (by_mirror, bounced, glow_counts) = (false, true, true);
+                    } else {
+                        let scale = any / (to_diffuse + to_other);
+                        let (mut here, there) = (diffused.scaled(scale), passed.scaled(scale));
+                        if let Some(Records { grid, light }) = records
+                            && let Some(patch) = grid.patch(&hit, direction, self.caster)
+                        {
+                            let behind = if to_other > 0.0 { grid.patch(&hit, -direction, self.caster) } else { None };
+                            if to_other <= 0.0 || behind.is_some() {
+                                add(here, light.illuminance(patch));
+                                origins.patch(patch, here);
+                                if let Some(behind) = behind {
+                                    add(there, light.illuminance(behind));
+                                    origins.patch(behind, there);
+                                }
+                                break;
+                            }
+                        }
+                        if to_diffuse > 0.0 {
+                            *rays += 1;
+                            let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
+                            origins.luminaire(luminaire, add(here, lux));
+                        }
+                        let mut side = facing;
+                        if to_other > 0.0 {
+                            *rays += 1;
+                            let (lux, luminaire) = self.lamps.direct(hit.leave(-facing), -facing, stream);
+                            origins.luminaire(luminaire, add(there, lux));
+                            let chance = to_other / (to_diffuse + to_other);
+                            if stream.uniform() < chance {
+                                (here, side) = (there.scaled(1.0 / chance), -facing);
+                            } else {
+                                here = here.scaled(1.0 / (1.0 - chance));
+                            }
+                        }
+                        weight = here;
+                        direction = stream.cosine_about(side);
+                        (last, bounced) = (Last::Diffuse, true);
                     }
                     let chance = (RELUCTANCE * weight.brightest()).min(1.0);
                     if chance < 1.0 {
@@ -269,7 +335,44 @@ impl<'a, const C: usize> Sight<'a, C> {
         found
     }
 
+    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
+    /// part that [`Glow::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
+    pub(super) fn glossed(
+        &self,
+        facets: Microsurface,
+        at: Vec3,
+        eye: Vec3,
+        facing: Vec3,
+        stream: &mut Stream,
+    ) -> ([f32; C], u32) {
+        let worth = |aim: &Aim| {
+            let density = facets.lobe(eye, aim.direction, facing);
+            PI * density / (1.0 + density * aim.solid_angle)
+        };
+        let Some(Aimed { direction, lux, luminaire }) = self.lamps.aimed(at, worth, stream) else {
+            return ([0.0; C], 0);
+        };
+        let true_worth = facets.scattered(eye, direction, facing, stream) / facets.lobe(eye, direction, facing);
+        (lux.map(|channel| channel * true_worth), luminaire)
+    }
+
     fn glow(&self, triangle: u32) -> Option<&Glow<C>> {
         self.glow.binary_search_by_key(&triangle, |glow| glow.triangle).ok().map(|index| &self.glow[index])
+    }
+}
+
+impl<const C: usize> Glow<C> {
+    /// The part of its light that is left to a ray that meets it along `direction`.
+    fn left_to(&self, last: Last, direction: Vec3, hit: &Hit) -> f32 {
+        let squared = hit.distance * hit.distance;
+        match last {
+            Last::Point => 0.0,
+            Last::Mirror => 1.0,
+            Last::Diffuse => f32::from(u8::from(squared < self.near_squared)),
+            Last::Gloss(density) => {
+                let expected = density * self.spread * -direction.dot(hit.normal);
+                expected / (expected + squared)
+            }
+        }
     }
 }

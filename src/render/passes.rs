@@ -51,7 +51,12 @@ impl<const C: usize> Rendering<'_, C> {
         views.iter().map(|view| view.image(centre)).collect()
     }
 
-    fn repeat<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
+    fn repeat<T: NearestPhotons>(
+        &mut self,
+        engine: &Engine<'_, C>,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+    ) {
         let mut next_check = 1;
         loop {
             let started = Instant::now();
@@ -496,7 +501,7 @@ impl<'a, const C: usize> Engine<'a, C> {
         let grid = (method == Method::Gather && run.plan.photons).then(|| {
             let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
-            let useful = |material: u32| scene.materials[material as usize].reflectance.iter().any(|&part| part > 0.0);
+            let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
         Self { caster, tracer, sight, grid }
@@ -530,9 +535,8 @@ fn mean_sight<const C: usize>(
                 (hit.leave(normal), normal)
             })
         };
-        let hit = start.and_then(|(start, normal)| {
-            caster.closest_hit(start, stream.cosine_about(normal), f32::INFINITY)
-        });
+        let hit =
+            start.and_then(|(start, normal)| caster.closest_hit(start, stream.cosine_about(normal), f32::INFINITY));
         if let Some(hit) = hit {
             sum += f64::from(hit.distance);
             count += 1.0;

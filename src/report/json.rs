@@ -19,7 +19,8 @@
 use serde::Serialize;
 
 use crate::report::{
-    CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics,
+    CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading, Statistics,
+    statistics,
 };
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their

@@ -16,6 +16,7 @@ use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
+use super::texture;
 use super::{Material, MeasuringPlane, Scene};
 use crate::error::{Error, InputError, Location};
 use crate::luminaire::{Distribution, Luminaire, Opening, colour};
@@ -24,6 +25,7 @@ use crate::units::{self, Lumens};
 /// Largest files read, bytes.
 const LARGEST_SCENE: u64 = 64 << 20;
 const LARGEST_MTL: u64 = 64 << 20;
+const LARGEST_TEXTURE: u64 = 256 << 20;
 const LARGEST_OBJ: u64 = 16 << 30;
 
 impl Scene {
@@ -35,7 +37,7 @@ impl Scene {
 }
 
 fn load(path: &Path) -> Result<Scene, InputError> {
-    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new() };
+    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
     let bytes = reader
         .read(path, LARGEST_SCENE)
         .map_err(|why| InputError::new(Location::file(path), format!("no scene ({why})"), "a scene file in TOML"))?;
@@ -134,6 +136,8 @@ struct PlacedMesh {
 struct Reader {
     hash: Sha256,
     warnings: Vec<String>,
+    /// Mean colour of each texture read, or why there is none.
+    textures: HashMap<PathBuf, Result<[f64; 3], String>>,
 }
 
 impl Reader {
@@ -212,6 +216,21 @@ impl Reader {
         Ok(library)
     }
 
+    /// Mean colour of a texture that an MTL file names.
+    fn texture(&mut self, file: &Placed<String>) -> Result<[f64; 3], String> {
+        let folder = file.at.file.parent().unwrap_or(Path::new(""));
+        // Some programs write a blank as "\\ ", Windows programs folders with backslashes.
+        let names = [file.value.clone(), file.value.replace("\\ ", " "), file.value.replace('\\', "/")];
+        let paths = names.map(|name| folder.join(name));
+        let path = paths.iter().find(|path| path.is_file()).unwrap_or(&paths[0]);
+        if let Some(known) = self.textures.get(path) {
+            return known.clone();
+        }
+        let colour = self.read(path, LARGEST_TEXTURE).and_then(|bytes| texture::mean_colour(&bytes));
+        self.textures.insert(path.clone(), colour.clone());
+        colour
+    }
+
     /// Sets a mesh up in the world and settles what its materials are.
     fn place(
         &mut self,
@@ -225,7 +244,16 @@ impl Reader {
         let mut unset = Vec::new();
         for name in &obj.materials {
             let section = sections.get(name.value.as_str()).copied();
-            match surface::resolve(&name.value, section, library.materials.get(&name.value), &mut self.warnings)? {
+            let mtl = library.materials.get(&name.value);
+            let texture = match (surface::texture(section, mtl), mtl) {
+                (Some(file), Some(mtl)) => {
+                    let colour = self.texture(file);
+                    let unread = |why: &String| self.warnings.push(surface::unread(&name.value, file, mtl, why));
+                    colour.inspect_err(unread).ok()
+                }
+                _ => None,
+            };
+            match surface::resolve(&name.value, section, mtl, texture, &mut self.warnings)? {
                 Some(surface) => surfaces.push(surface),
                 None => unset.push(name.clone()),
             }

@@ -199,11 +199,20 @@ impl<'a> Fields<'a> {
 
     /// One number for all channels or [r, g, b], each from 0 to 1.
     pub(crate) fn channels(&self, key: &str, expected: &str) -> Result<Option<Placed<[f64; 3]>>, InputError> {
+        self.channels_within(key, expected, |n| (0.0..=1.0).contains(&n))
+    }
+
+    /// One finite number for all channels or [r, g, b], each one such that `accept` holds.
+    pub(crate) fn channels_within(
+        &self,
+        key: &str,
+        expected: &str,
+        accept: impl Fn(f64) -> bool,
+    ) -> Result<Option<Placed<[f64; 3]>>, InputError> {
         let Some((_, value)) = self.get(key) else { return Ok(None) };
-        let share = |n: f64| (0.0..=1.0).contains(&n);
         match value.get_ref() {
-            DeValue::Array(_) => self.numbers(key, expected, share),
-            _ => Ok(self.number(key, expected, share)?.map(|Placed { value, at }| Placed { value: [value; 3], at })),
+            DeValue::Array(_) => self.numbers(key, expected, accept),
+            _ => Ok(self.number(key, expected, accept)?.map(|Placed { value, at }| Placed { value: [value; 3], at })),
         }
     }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
-use super::material::Dielectric;
+use super::material::{Dielectric, Sides};
 use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
@@ -51,12 +51,15 @@ pub(crate) struct MeshSection {
     pub(crate) placement: Placement,
 }
 
-/// A `[material.NAME]`.
+/// A `[material.NAME]`; [`material`](super::material) tells what its keys mean.
 pub(crate) struct MaterialSection {
     pub(crate) name: String,
     pub(crate) at: Location,
     pub(crate) reflectance: Option<Placed<[f64; 3]>>,
     pub(crate) specular: Option<Placed<[f64; 3]>>,
+    pub(crate) roughness: Option<Placed<f64>>,
+    pub(crate) transmittance: Option<Placed<[f64; 3]>>,
+    pub(crate) sides: Sides,
     pub(crate) dielectric: Option<Dielectric>,
 }
 
@@ -174,36 +177,43 @@ fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, Inpu
 }
 
 fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
-    const KNOWN: [&str; 5] = ["reflectance", "specular", "roughness", "transmittance", "dielectric"];
+    const KNOWN: [&str; 6] = ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric"];
+    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
     let section = format!("[material.{}]", name.escape_debug());
     let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
-    let not_yet = |key: &str, what: &str| match fields.channels(key, "0")? {
-        Some(channels) if channels.value != [0.0; 3] => {
-            Err(fields.refusal(key, "0").hint(format!("{what} aren't in this version yet")))
-        }
-        _ => Ok(()),
+    let share = |key: &str, hint: &str| fields.channels(key, SHARE).map_err(|error| error.hint(hint));
+    let reflectance = share("reflectance", "white paint: about 0.85")?;
+    let specular = share("specular", "a good mirror: about 0.9")?;
+    let transmittance = share("transmittance", "opal glass: about 0.5")?;
+    let roughness = fields
+        .number("roughness", "a number from 0 (a perfect mirror) to 1", |n| (0.0..=1.0).contains(&n))
+        .map_err(|error| error.hint("brushed metal: about 0.3"))?;
+    let sides = match fields.word("sides", &["one", "two"])? {
+        Some(word) if word.value == "one" => Sides::One,
+        _ => Sides::Two,
     };
-    not_yet("roughness", "rough mirrors")?;
-    not_yet("transmittance", "translucent materials")?;
-    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
-    let reflectance = fields.channels("reflectance", SHARE).map_err(|e| e.hint("white paint: about 0.85"))?;
-    let specular = fields.channels("specular", SHARE).map_err(|e| e.hint("a good mirror: about 0.9"))?;
+    if sides == Sides::One && transmittance.as_ref().is_some_and(|part| part.value != [0.0; 3]) {
+        let error = fields.refusal("sides", "\"two\" where there is a transmittance");
+        return Err(error.hint("a sheet that light passes has two sides"));
+    }
     let dielectric = dielectric(&fields)?;
-    if dielectric.is_some() && (reflectance.is_some() || specular.is_some()) {
-        let error = fields.refusal("dielectric", "no reflectance or specular beside it");
+    if dielectric.is_some() && table.len() > 1 {
+        let error = fields.refusal("dielectric", "no other key beside it");
         return Err(error.hint("what glass reflects follows from its ior"));
     }
-    Ok(MaterialSection { name: name.to_owned(), at, reflectance, specular, dielectric })
+    let name = name.to_owned();
+    Ok(MaterialSection { name, at, reflectance, specular, roughness, transmittance, sides, dielectric })
 }
 
 fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
     let form = "{ ior = 1.5, absorption = 0.0 }";
     let Some(glass) = fields.table("dielectric", form, &["ior", "absorption"])? else { return Ok(None) };
     let ior = glass.number("ior", "a number from 1 to 10 (window glass: 1.5)", |n| (1.0..=10.0).contains(&n))?;
-    let absorption = glass.number("absorption", "a number from 0 up, 1/m", |n| n >= 0.0)?;
+    let per_metre = "a number from 0 up, 1/m, or three as [r, g, b]";
+    let absorption = glass.channels_within("absorption", per_metre, |n| n >= 0.0)?;
     Ok(Some(Dielectric {
         ior: ior.ok_or_else(|| glass.missing("ior", "1.5"))?.value,
-        absorption: absorption.map_or(0.0, |n| n.value),
+        absorption: absorption.map_or([0.0; 3], |rgb| rgb.value),
     }))
 }
 
@@ -347,7 +357,8 @@ fn cameras(
         }
         let eye = fields.metres("eye")?.ok_or_else(|| fields.missing("eye", "[x, y, z] (m)"))?.value;
         let [forward, right, up] = view_axes(&fields, eye)?;
-        let fov = fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
+        let fov =
+            fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
         let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
         let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
         cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
@@ -363,9 +374,8 @@ fn view_axes(fields: &Fields, eye: DVec3) -> Result<[DVec3; 3], InputError> {
         return Err(fields.refusal("look_at", "a point other than eye"));
     };
     let sides = match fields.direction("up")? {
-        Some(up) => Camera::sides(forward, up.value).ok_or_else(|| {
-            fields.refusal("up", "a direction other than that from eye to look_at, or its opposite")
-        })?,
+        Some(up) => Camera::sides(forward, up.value)
+            .ok_or_else(|| fields.refusal("up", "a direction other than that from eye to look_at, or its opposite"))?,
         None => Camera::sides(forward, DVec3::Z)
             .or_else(|| Camera::sides(forward, DVec3::Y))
             .expect("no direction is parallel to both z and y"),

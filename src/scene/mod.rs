@@ -16,6 +16,7 @@ mod obj;
 pub mod plan;
 mod polygon;
 mod surface;
+mod texture;
 
 use std::path::PathBuf;
 
@@ -24,7 +25,7 @@ use glam::DVec3;
 use crate::luminaire::{Luminaire, Opening};
 pub use camera::Camera;
 pub use file::RenderDefaults;
-pub use material::{Dielectric, Material};
+pub use material::{Dielectric, Material, Sides};
 pub use mesh::Mesh;
 
 /// A validated scene, ready to be traced.
