@@ -4,6 +4,7 @@ pub(crate) mod colour;
 pub mod emit;
 pub(crate) mod frame;
 pub mod intensity;
+pub mod photometry;
 
 use glam::DVec3;
 
