@@ -6,13 +6,15 @@
 //! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
 //! elsewhere (`direct.rs`).
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::lamps::{Lamps, near_squared};
 use super::patches::{PatchGrid, PatchLight};
 use crate::embree::RayCaster;
-use crate::luminaire::Luminaire;
+use crate::luminaire::body::Body;
 use crate::luminaire::emit::triangle_area;
+use crate::luminaire::web::Measured;
+use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::random::Stream;
 use crate::photon::surface::{Surface, mirror, refract};
@@ -30,6 +32,7 @@ pub struct Sight<'a, const C: usize> {
     lamps: Lamps<'a, C>,
     /// The triangles that shine, in order.
     glow: Vec<Glow<C>>,
+    webs: Vec<GlowWeb>,
     /// Whether light of luminaires by way of mirrors and glass is counted where it reaches the point itself.
     caustics: bool,
 }
@@ -37,10 +40,50 @@ pub struct Sight<'a, const C: usize> {
 /// A triangle that shines.
 struct Glow<const C: usize> {
     triangle: u32,
-    /// Exitance of its front, lx.
+    /// Exitance of its front, lx; of a measured luminaire its flux, lm.
     exitance: [f32; C],
+    /// The measured luminaire it belongs to.
+    web: Option<u32>,
     /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
     near_squared: f32,
+}
+
+/// A measured luminaire as rays meet it.
+struct GlowWeb {
+    measured: Measured,
+    seen: SeenArea,
+}
+
+enum SeenArea {
+    /// Area and normal.
+    Flat(f64, DVec3),
+    Body(Body),
+}
+
+/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
+/// something that is not flat, and flat it would be infinitely bright.
+const FLATTEST: f64 = 1e-3;
+
+impl GlowWeb {
+    fn of(luminaire: &Luminaire) -> Option<Self> {
+        let measured = luminaire.measured()?.clone();
+        let seen = match (&luminaire.opening, luminaire.opening.flat()) {
+            (_, Some((area, normal))) => SeenArea::Flat(area, normal),
+            (Opening::Body(body), _) => SeenArea::Body(*body),
+            _ => return None,
+        };
+        Some(Self { measured, seen })
+    }
+
+    /// π times the luminance towards the unit vector `direction`, lx/lm.
+    fn per_lumen(&self, direction: DVec3, front: bool) -> Option<f32> {
+        let area = match &self.seen {
+            SeenArea::Flat(area, normal) => area * normal.dot(direction).abs().max(FLATTEST),
+            SeenArea::Body(_) if !front => return None,
+            SeenArea::Body(body) => body.projected_area(direction),
+        };
+        Some((std::f64::consts::PI * self.measured.at(direction) / area) as f32)
+    }
 }
 
 /// Photons' answer where a ray ends.
@@ -55,18 +98,24 @@ pub struct Records<'a, const C: usize> {
 impl<'a, const C: usize> Sight<'a, C> {
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
+        let mut webs = Vec::new();
         let of_luminaire = |luminaire: &Luminaire| {
             let corners = |&triangle: &u32| triangle_area(&scene.mesh.corners(triangle as usize));
-            let area: f64 = luminaire.body.iter().map(corners).sum();
+            let web = GlowWeb::of(luminaire).map(|web| {
+                webs.push(web);
+                webs.len() as u32 - 1
+            });
+            // What a measured luminaire sends out is multiplied by its intensity over area, per lumen.
+            let area: f64 = if web.is_some() { 1.0 } else { luminaire.body.iter().map(corners).sum() };
             let exitance = channels::<C>(luminaire.colour).map(|c| (c * luminaire.flux.0 / area) as f32);
             let near_squared = near_squared(luminaire);
             let body = luminaire.body.clone().into_iter();
-            body.map(move |triangle| Glow { triangle, exitance, near_squared })
+            body.map(move |triangle| Glow { triangle, exitance, web, near_squared })
         };
         let mut glow: Vec<Glow<C>> = scene.luminaires.iter().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
-        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }
+        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, webs, caustics }
     }
 
     /// π times the radiance (lx) that arrives at `origin` (m) against `direction`, an estimate; the light that comes
@@ -108,13 +157,13 @@ impl<'a, const C: usize> Sight<'a, C> {
                     by_mirror = true;
                 }
                 Surface::Opaque { diffuse, specular } => {
-                    if front
-                        && glow_counts
+                    if glow_counts
                         && let Some(glow) = self.glow(hit.triangle)
+                        && let Some(times) = self.brightness(glow, direction, front)
                     {
                         // By way of mirrors and glass all of it; straight from a surface, what was not drawn there.
                         if by_mirror || (bounced && hit.distance * hit.distance < glow.near_squared) {
-                            add(weight, glow.exitance);
+                            add(weight, glow.exitance.map(|channel| channel * times));
                         }
                     }
                     let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
@@ -153,6 +202,15 @@ impl<'a, const C: usize> Sight<'a, C> {
         }
         debug_assert!(photometric(found).is_finite());
         found
+    }
+
+    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back; nothing
+    /// where that doesn't shine.
+    fn brightness(&self, glow: &Glow<C>, direction: Vec3, front: bool) -> Option<f32> {
+        match glow.web {
+            None => front.then_some(1.0),
+            Some(web) => self.webs[web as usize].per_lumen(-direction.as_dvec3(), front),
+        }
     }
 
     fn glow(&self, triangle: u32) -> Option<&Glow<C>> {
