@@ -2,9 +2,10 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::embree::RayCaster;
+use crate::luminaire::body::Body;
 use crate::luminaire::emit::{Front, triangle_area};
 use crate::luminaire::{Distribution, Luminaire, Opening};
 use crate::photon::flux::channels;
@@ -16,12 +17,16 @@ const CANDIDATES: usize = 12;
 
 /// Squared distance (m²) within which points of a luminaire are left to rays that happen to meet it: next to a shining
 /// wall, a point drawn on it brings 1/d² times the mean, and the variance has no bound. At the radius of a disc of the
-/// opening's area, drawing never brings more than the opening could.
+/// opening's area, drawing never brings more than the opening could. (Of a body a quarter of its surface, the area seen in the mean.)
 pub fn near_squared(luminaire: &Luminaire) -> f32 {
     let area = match &luminaire.opening {
         Opening::Point { .. } => 0.0,
         Opening::Rectangle { half_width, half_depth, .. } => 4.0 * half_width.cross(*half_depth).length(),
+        Opening::Ellipse { half_width, half_depth, .. } => {
+            std::f64::consts::PI * half_width.cross(*half_depth).length()
+        }
         Opening::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+        Opening::Body(body) => body.surface() / 4.0,
         Opening::Triangles(triangles) => triangles.iter().map(triangle_area).sum(),
     };
     (area / std::f64::consts::PI) as f32
@@ -73,7 +78,50 @@ struct Lamp<const C: usize> {
     /// See [`spreads`].
     spread: f32,
     distribution: Distribution,
+    /// Where the opening is a body.
+    body: Option<Body>,
     colour: [f32; C],
+}
+
+/// How much more of a luminaire a point stands for towards where it is seen from than it was drawn for.
+enum Times<'a> {
+    Once,
+    /// Drawn by the area seen from afar in a direction; facet's normal and the body.
+    Body {
+        drawn_for: DVec3,
+        normal: DVec3,
+        body: &'a Body,
+    },
+}
+
+impl Times<'_> {
+    fn of(&self, direction: DVec3) -> f32 {
+        match self {
+            Self::Once => 1.0,
+            Self::Body { drawn_for, normal, body } => {
+                let seen = normal.dot(direction).max(0.0) / body.projected_area(direction);
+                (seen * body.projected_area(*drawn_for) / normal.dot(*drawn_for)) as f32
+            }
+        }
+    }
+}
+
+impl<const C: usize> Lamp<C> {
+    /// A point of the luminaire and its normal.
+    ///
+    /// Flat openings, and Lambertian ones: equal shares by area. Of a measured body the points that face `from` are drawn,
+    /// by the area seen from its distance: all that `from` sees may be drawn, as a facet that faces a point faces away from
+    /// the body's middle, too.
+    fn point(&self, from: Vec3, stream: &mut Stream, caster: &RayCaster) -> ((Vec3, Vec3), Times<'_>) {
+        if let (Some(body), Distribution::Measured(_)) = (&self.body, &self.distribution) {
+            let drawn_for = (from.as_dvec3() - body.centre).normalize_or(DVec3::Z);
+            let (point, normal) = body.point_seen(drawn_for, from, caster, stream);
+            return ((point, normal.as_vec3()), Times::Body { drawn_for, normal, body });
+        }
+        let at = if self.front.is_point() { [0.0; 2] } else { stream.uniform_pair() };
+        let choice = stream.uniform();
+        (self.front.point_seen(choice, at, from, caster), Times::Once)
+    }
 }
 
 impl<'a, const C: usize> Lamps<'a, C> {
@@ -85,10 +133,14 @@ impl<'a, const C: usize> Lamps<'a, C> {
             Some(*sum as f32)
         });
         let lamp = |(luminaire, spread): (&Luminaire, f32)| Lamp {
-            front: Front::new(&luminaire.opening),
+            front: Front::of(luminaire),
             near_squared: near_squared(luminaire),
             spread,
-            distribution: luminaire.distribution,
+            distribution: luminaire.distribution.clone(),
+            body: match luminaire.opening {
+                Opening::Body(body) => Some(body),
+                _ => None,
+            },
             colour: channels::<C>(luminaire.colour).map(|channel| channel as f32),
         };
         Self {
@@ -120,17 +172,20 @@ impl<'a, const C: usize> Lamps<'a, C> {
             let share = (candidate as f32 + offset) / self.candidates as f32;
             let which = self.shares.partition_point(|&upto| upto <= share).min(self.lamps.len() - 1);
             let lamp = &self.lamps[which];
-            let at = if lamp.front.is_point() { [0.0; 2] } else { stream.uniform_pair() };
-            let choice = stream.uniform();
-            let (target, facing) = lamp.front.point_off(choice, at, from, self.caster);
-            let to = target - from;
+            let (target, times) = lamp.point(from, stream, self.caster);
+            let to = target.0 - from;
             let distance = to.length();
             let direction = to / distance;
-            let leaving = match lamp.distribution {
+            let leaving = match &lamp.distribution {
                 Distribution::Isotropic => 0.25,
-                Distribution::Lambertian => (-direction.dot(facing)).max(0.0),
+                Distribution::Lambertian => (-direction.dot(target.1)).max(0.0),
+                Distribution::Measured(measured) => {
+                    let direction = -direction.as_dvec3();
+                    PI * measured.at(direction) as f32 * times.of(direction)
+                }
             };
-            let solid_angle = lamp.spread * (-direction.dot(facing)).max(0.0) / (distance * distance);
+            let cosine = if let Times::Body { .. } = times { 1.0 } else { direction.dot(target.1).abs() };
+            let solid_angle = lamp.spread * cosine / (distance * distance);
             let aim = Aim { direction, near: distance * distance < lamp.near_squared, solid_angle };
             let weight = leaving * receive(&aim) / (distance * distance);
             if weight > 0.0 && weight.is_finite() {

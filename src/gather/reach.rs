@@ -39,7 +39,7 @@ impl<'a> Reach<'a> {
         let clear = scene.materials.iter().map(|material: &Material| material.dielectric.is_some()).collect();
         let mut reach = Self {
             caster,
-            fronts: scene.luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect(),
+            fronts: scene.luminaires.iter().map(Front::of).collect(),
             clear,
             translucent: scene.materials.iter().map(Material::is_translucent).collect(),
             seed,
@@ -108,7 +108,7 @@ impl<'a> Reach<'a> {
     /// Whether nothing but glass stands between a point and one of a luminaire's front; walks alone would hardly ever hit
     /// on a lamp in a bulb.
     fn sees(&self, from: Vec3, front: &Front, choice: f32, at: [f32; 2]) -> bool {
-        let (target, normal) = front.point_off(choice, at, from, self.caster);
+        let (target, normal) = front.point_seen(choice, at, from, self.caster);
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;

@@ -9,13 +9,15 @@
 use std::f32::consts::PI;
 use std::f64::consts::FRAC_1_PI;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
+use crate::luminaire::body::Body;
 use crate::luminaire::emit::triangle_area;
-use crate::luminaire::{LightGroups, Luminaire};
+use crate::luminaire::web::Measured;
+use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::random::Stream;
 use crate::photon::rough::Microsurface;
@@ -34,6 +36,7 @@ pub struct Sight<'a, const C: usize> {
     lamps: Lamps<'a, C>,
     /// The triangles that shine, in order.
     glow: Vec<Glow<C>>,
+    webs: Vec<GlowWeb>,
     /// Whether light of luminaires by way of mirrors and glass is counted where it reaches the point itself.
     caustics: bool,
 }
@@ -42,8 +45,10 @@ pub struct Sight<'a, const C: usize> {
 struct Glow<const C: usize> {
     triangle: u32,
     luminaire: u32,
-    /// Exitance of its front, lx.
+    /// Exitance of its front, lx; of a measured luminaire its flux, lm.
     exitance: [f32; C],
+    /// The measured luminaire it belongs to.
+    web: Option<u32>,
     /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
     near_squared: f32,
     /// See [`spreads`].
@@ -61,6 +66,44 @@ pub(super) enum Last {
     Diffuse,
     /// A rough mirror, with this density (1/sr): what this way is the less likely to find.
     Gloss(f32),
+}
+
+/// A measured luminaire as rays meet it.
+struct GlowWeb {
+    measured: Measured,
+    seen: SeenArea,
+}
+
+enum SeenArea {
+    /// Area and normal.
+    Flat(f64, DVec3),
+    Body(Body),
+}
+
+/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
+/// something that is not flat, and flat it would be infinitely bright.
+const FLATTEST: f64 = 1e-3;
+
+impl GlowWeb {
+    fn of(luminaire: &Luminaire) -> Option<Self> {
+        let measured = luminaire.measured()?.clone();
+        let seen = match (&luminaire.opening, luminaire.opening.flat()) {
+            (_, Some((area, normal))) => SeenArea::Flat(area, normal),
+            (Opening::Body(body), _) => SeenArea::Body(*body),
+            _ => return None,
+        };
+        Some(Self { measured, seen })
+    }
+
+    /// π times the luminance towards the unit vector `direction`, lx/lm.
+    fn per_lumen(&self, direction: DVec3, front: bool) -> Option<f32> {
+        let area = match &self.seen {
+            SeenArea::Flat(area, normal) => area * normal.dot(direction).abs().max(FLATTEST),
+            SeenArea::Body(_) if !front => return None,
+            SeenArea::Body(body) => body.projected_area(direction),
+        };
+        Some((std::f64::consts::PI * self.measured.at(direction) / area) as f32)
+    }
 }
 
 /// Photons' answer where a ray ends.
@@ -118,20 +161,26 @@ impl<const C: usize> Origins<C> for ToGroups<'_, C> {
 impl<'a, const C: usize> Sight<'a, C> {
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
+        let mut webs = Vec::new();
         let of_luminaire = |(number, (luminaire, spread)): (usize, (&Luminaire, f32))| {
             let corners = |&triangle: &u32| triangle_area(&scene.mesh.corners(triangle as usize));
-            let area: f64 = luminaire.body.iter().map(corners).sum();
+            let web = GlowWeb::of(luminaire).map(|web| {
+                webs.push(web);
+                webs.len() as u32 - 1
+            });
+            // What a measured luminaire sends out is multiplied by its intensity over area, per lumen.
+            let area: f64 = if web.is_some() { 1.0 } else { luminaire.body.iter().map(corners).sum() };
             let exitance = channels::<C>(luminaire.colour).map(|c| (c * luminaire.flux.0 / area) as f32);
             let near_squared = near_squared(luminaire);
             let body = luminaire.body.clone().into_iter();
             let number = number as u32;
-            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, near_squared, spread })
+            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, web, near_squared, spread })
         };
         let spread = scene.luminaires.iter().zip(spreads(&scene.luminaires));
         let mut glow: Vec<Glow<C>> = spread.enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
-        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }
+        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, webs, caustics }
     }
 
     /// π times the radiance (lx) that arrives at `origin` (m) against `direction`, an estimate; the light that comes
@@ -187,12 +236,14 @@ impl<'a, const C: usize> Sight<'a, C> {
     /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
     /// surface.
     pub(super) fn emitted(&self, hit: &Hit, direction: Vec3, last: Last) -> [f64; C] {
-        match self.glow(hit.triangle) {
-            Some(glow) if direction.dot(hit.normal) < 0.0 => {
-                let share = f64::from(glow.left_to(last, direction, hit)) * FRAC_1_PI;
+        let front = direction.dot(hit.normal) < 0.0;
+        let shining = self.glow(hit.triangle).and_then(|glow| Some((glow, self.brightness(glow, direction, front)?)));
+        match shining {
+            Some((glow, times)) => {
+                let share = f64::from(times * self.left_to(glow, last, direction, hit)) * FRAC_1_PI;
                 glow.exitance.map(|lux| f64::from(lux) * share)
             }
-            _ => [0.0; C],
+            None => [0.0; C],
         }
     }
 
@@ -242,16 +293,17 @@ impl<'a, const C: usize> Sight<'a, C> {
                 }
                 surface => {
                     let Layers { diffuse, transmitted, specular, rough, one_sided } = surface.layers();
-                    if front
-                        && (bounced || !caustic || self.caustics)
+                    if (bounced || !caustic || self.caustics)
                         && let Some(glow) = self.glow(hit.triangle)
+                        && let Some(times) = self.brightness(glow, direction, front)
                     {
-                        let left = glow.left_to(last, direction, &hit);
+                        let exitance = glow.exitance.map(|channel| channel * times);
+                        let left = self.left_to(glow, last, direction, &hit);
                         if left > 0.0 {
-                            origins.luminaire(glow.luminaire, add(weight.scaled(left), glow.exitance));
+                            origins.luminaire(glow.luminaire, add(weight.scaled(left), exitance));
                         } else if let (Last::Point, Some(near)) = (last, near.as_mut()) {
-                            let left = glow.left_to(Last::Diffuse, direction, &hit);
-                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(glow.exitance[c]));
+                            let left = self.left_to(glow, Last::Diffuse, direction, &hit);
+                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(exitance[c]));
                         }
                     }
                     if one_sided && !front {
@@ -336,7 +388,7 @@ impl<'a, const C: usize> Sight<'a, C> {
     }
 
     /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
-    /// part that [`Glow::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
+    /// part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
     pub(super) fn glossed(
         &self,
         facets: Microsurface,
@@ -356,23 +408,34 @@ impl<'a, const C: usize> Sight<'a, C> {
         (lux.map(|channel| channel * true_worth), luminaire)
     }
 
-    fn glow(&self, triangle: u32) -> Option<&Glow<C>> {
-        self.glow.binary_search_by_key(&triangle, |glow| glow.triangle).ok().map(|index| &self.glow[index])
+    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back; nothing
+    /// where that doesn't shine.
+    fn brightness(&self, glow: &Glow<C>, direction: Vec3, front: bool) -> Option<f32> {
+        match glow.web {
+            None => front.then_some(1.0),
+            Some(web) => self.webs[web as usize].per_lumen(-direction.as_dvec3(), front),
+        }
     }
-}
 
-impl<const C: usize> Glow<C> {
-    /// The part of its light that is left to a ray that meets it along `direction`.
-    fn left_to(&self, last: Last, direction: Vec3, hit: &Hit) -> f32 {
+    /// The part of a luminaire's light that is left to a ray that meets it along `direction`.
+    fn left_to(&self, glow: &Glow<C>, last: Last, direction: Vec3, hit: &Hit) -> f32 {
         let squared = hit.distance * hit.distance;
         match last {
             Last::Point => 0.0,
             Last::Mirror => 1.0,
-            Last::Diffuse => f32::from(u8::from(squared < self.near_squared)),
+            Last::Diffuse => f32::from(u8::from(squared < glow.near_squared)),
             Last::Gloss(density) => {
-                let expected = density * self.spread * -direction.dot(hit.normal);
+                // As in `Lamps::aimed`: of a measured body points are drawn by the area seen.
+                let drawn_as_seen =
+                    glow.web.is_some_and(|web| matches!(self.webs[web as usize].seen, SeenArea::Body(_)));
+                let cosine = if drawn_as_seen { 1.0 } else { direction.dot(hit.normal).abs() };
+                let expected = density * glow.spread * cosine;
                 expected / (expected + squared)
             }
         }
+    }
+
+    fn glow(&self, triangle: u32) -> Option<&Glow<C>> {
+        self.glow.binary_search_by_key(&triangle, |glow| glow.triangle).ok().map(|index| &self.glow[index])
     }
 }

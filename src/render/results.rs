@@ -227,15 +227,25 @@ fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
             }
             Opening::Disc { centre, aim, radius } => {
                 let (x, y) = aim.any_orthonormal_pair();
-                let rim = |step: usize| {
-                    let angle = std::f64::consts::TAU * step as f64 / 48.0;
-                    *centre + (x * angle.cos() + y * angle.sin()) * *radius
-                };
-                vec![flat(&(0..48).map(rim).collect::<Vec<_>>())]
+                vec![flat(&rim(*centre, x * *radius, y * *radius))]
+            }
+            Opening::Ellipse { centre, half_width, half_depth } => vec![flat(&rim(*centre, *half_width, *half_depth))],
+            Opening::Body(body) => {
+                // As seen from so far that rays are parallel.
+                let eye = body.centre + plane.normal() * (1e7 * body.radius());
+                let mut outline = Vec::new();
+                body.outline(eye, &mut outline);
+                vec![flat(&outline.iter().map(|corner| eye + *corner).collect::<Vec<_>>())]
             }
             Opening::Triangles(triangles) => triangles.iter().map(|corners| flat(corners)).collect(),
         })
         .collect()
+}
+
+/// An ellipse in 48 corners.
+fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3) -> Vec<DVec3> {
+    let corner = |(sin, cos): (f64, f64)| centre + half_width * cos + half_depth * sin;
+    (0..48).map(|step| corner((std::f64::consts::TAU * f64::from(step) / 48.0).sin_cos())).collect()
 }
 
 /// Peak memory of this process, bytes; 0 where the system doesn't say.

@@ -4,13 +4,14 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::fields::{Placed, closest, listed, quoted};
-use super::file::{MaterialSection, MeshSection, SceneFile};
-use super::fixture::{self, Fixture};
+use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
+use super::fixture::{self, Fixture, Lamp, LampSpread};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
@@ -19,6 +20,9 @@ use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
 use crate::error::{Error, InputError, Location};
+use crate::luminaire::body::Solid;
+use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
+use crate::luminaire::web::Web;
 use crate::luminaire::{Distribution, Luminaire, Opening, colour};
 use crate::units::{self, Lumens};
 
@@ -26,6 +30,7 @@ use crate::units::{self, Lumens};
 const LARGEST_SCENE: u64 = 64 << 20;
 const LARGEST_MTL: u64 = 64 << 20;
 const LARGEST_TEXTURE: u64 = 256 << 20;
+const LARGEST_PHOTOMETRY: u64 = 64 << 20;
 const LARGEST_OBJ: u64 = 16 << 30;
 
 impl Scene {
@@ -48,7 +53,8 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     })?;
     let file = SceneFile::parse(path, &text)?;
     let meshes = reader.meshes(path, &file)?;
-    let fixtures = fixture::spread(&file.luminaires)?;
+    let lamps = reader.lamps(path, &file)?;
+    let fixtures = fixture::spread(&file.luminaires, &lamps)?;
 
     let mesh_bounds = Bounds::around(meshes.iter().flat_map(|mesh| mesh.vertices.iter().copied()));
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
@@ -67,7 +73,7 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
         let body = parts.add_body(&fixture);
-        if fixture.section.flux > 0.0 {
+        if fixture.lamp.flux > 0.0 {
             parts.luminaires.push(fixture.luminaire(body));
         }
     }
@@ -190,6 +196,46 @@ impl Reader {
             .collect()
     }
 
+    /// What each [[luminaire]] is, photometric files read once each.
+    fn lamps(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<Lamp>, InputError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut known: HashMap<PathBuf, (Arc<Web>, Shape)> = HashMap::new();
+        let mut lamp = |section: &LuminaireSection| {
+            let (spread, shape, flux) = match &section.spread {
+                Spread::Isotropic => (LampSpread::Isotropic, Shape::Point, 0.0),
+                Spread::Lambertian => (LampSpread::Lambertian, Shape::Point, 0.0),
+                Spread::File(named) => {
+                    let file = folder.join(&named.value);
+                    if !known.contains_key(&file) {
+                        known.insert(file.clone(), self.photometry(&file, named)?);
+                    }
+                    let (web, shape) = &known[&file];
+                    (LampSpread::Web(Arc::clone(web)), *shape, web.flux())
+                }
+            };
+            let flux = section.flux.unwrap_or(flux) * section.dimming;
+            Ok(Lamp { shape: section.shape.unwrap_or(shape), spread, flux })
+        };
+        file.luminaires.iter().map(&mut lamp).collect()
+    }
+
+    /// Reads a photometric file that the scene names.
+    fn photometry(&mut self, path: &Path, named: &Placed<String>) -> Result<(Arc<Web>, Shape), InputError> {
+        let bytes = self.read(path, LARGEST_PHOTOMETRY).map_err(|why| {
+            let found = format!("photometry = {} ({why})", quoted(&named.value));
+            let expected = "a photometric file (.ies, .ldt), \"lambertian\" or \"isotropic\"";
+            InputError::new(named.at.clone(), found, expected).hint("its path starts from the scene file's folder")
+        })?;
+        let photometry = Photometry::parse(path, &bytes)?;
+        self.warnings.extend(photometry.notes.iter().map(|note| format!("{}: {note}", path.display())));
+        let shape = opening_of(&photometry.opening);
+        let source = format!("{} ({})", named.value, photometry.format.name());
+        let web = Web::new(photometry.intensity).ok_or_else(|| {
+            InputError::new(Location::file(path), "no luminous intensity above 0", "a luminaire that shines")
+        })?;
+        Ok((Arc::new(web.named(source)), shape))
+    }
+
     /// The materials of all MTL files that an OBJ names.
     fn library(&mut self, obj: &Path, requests: &[Placed<String>]) -> Result<Library, InputError> {
         let mut library = Library::default();
@@ -264,6 +310,25 @@ impl Reader {
         let transform = section.placement.transform();
         let vertices = obj.vertices.into_iter().map(transform).collect();
         Ok(PlacedMesh { path, vertices, triangles: obj.triangles, material_of: obj.material_of, surfaces })
+    }
+}
+
+/// The luminous opening that a photometric file tells. A line becomes as wide as a thousandth of its length.
+fn opening_of(opening: &LuminousOpening) -> Shape {
+    let LuminousOpening { c0, c90, height, .. } = *opening;
+    let least = 1e-3 * c0.max(c90).max(height);
+    let [a, b, c] = [c0, c90, height].map(|size| size.max(least));
+    match opening.shape {
+        Form::Point => Shape::Point,
+        Form::Rectangle => Shape::Rectangle([a, b]),
+        Form::Ellipse if a == b => Shape::Disc { diameter: a },
+        Form::Ellipse => Shape::Ellipse([a, b]),
+        Form::UprightEllipse => Shape::Upright([b, c]),
+        Form::Box => Shape::Solid(Solid::Box, [a, b, c], 2),
+        Form::VerticalCylinder => Shape::Solid(Solid::Cylinder, [a, b, c], 2),
+        Form::CylinderAlongC0 => Shape::Solid(Solid::Cylinder, [a, b, c], 0),
+        Form::CylinderAlongC90 => Shape::Solid(Solid::Cylinder, [a, b, c], 1),
+        Form::Ellipsoid => Shape::Solid(Solid::Ellipsoid, [a, b, c], 2),
     }
 }
 

@@ -10,7 +10,8 @@ use super::material::{Dielectric, Sides};
 use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
-use crate::luminaire::{Distribution, colour};
+use crate::luminaire::body::Solid;
+use crate::luminaire::colour;
 
 /// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,21 +70,39 @@ pub(crate) struct LuminaireSection {
     pub(crate) position: DVec3,
     pub(crate) aim: DVec3,
     pub(crate) rotation: f64,
-    pub(crate) shape: Shape,
-    pub(crate) distribution: Distribution,
-    /// As dimmed, lm; 0 where it is switched off.
-    pub(crate) flux: f64,
+    /// Where the section says it.
+    pub(crate) shape: Option<Shape>,
+    pub(crate) spread: Spread,
+    /// Undimmed, lm, where the section says it.
+    pub(crate) flux: Option<f64>,
+    /// 0 where it is switched off.
+    pub(crate) dimming: f64,
     pub(crate) colour: [f64; 3],
     pub(crate) group: Option<String>,
     pub(crate) array: Option<Array>,
 }
 
+/// How light spreads.
+pub(crate) enum Spread {
+    Isotropic,
+    Lambertian,
+    /// As this photometric file has it.
+    File(Placed<String>),
+}
+
 /// Form of a luminous opening, m.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
     Point,
     Rectangle([f64; 2]),
-    Disc { diameter: f64 },
+    Disc {
+        diameter: f64,
+    },
+    Ellipse([f64; 2]),
+    /// An ellipse that faces C0: sizes along C90 and the aim.
+    Upright([f64; 2]),
+    /// A body: sizes along C0, C90 and the aim, and the number of the axis along which a cylinder lies.
+    Solid(Solid, [f64; 3], usize),
 }
 
 /// Rows of equal luminaires, along world x and y.
@@ -234,10 +253,13 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
     ];
     let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
     let shape = shape(&fields)?;
+    let spread = spread(&fields, shape)?;
     let flux = fields
         .number("flux", "a number above 0, lm", |n| n > 0.0 && n <= 1e15)
-        .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?
-        .ok_or_else(|| fields.missing("flux", "3000 (lm)"))?;
+        .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?;
+    if flux.is_none() && !matches!(spread, Spread::File(_)) {
+        return Err(fields.missing("flux", "3000 (lm)"));
+    }
     let dimming = fields.number("dimming", "a number from 0 (off) to 1", |n| (0.0..=1.0).contains(&n))?;
     Ok(LuminaireSection {
         name: fields.name("name")?.ok_or_else(|| fields.missing("name", "\"L\""))?,
@@ -247,8 +269,9 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
             .number("rotation", "degrees, within ±36000", |n| n.abs() <= 36_000.0)?
             .map_or(0.0, |n| n.value),
         shape,
-        distribution: distribution(&fields, shape)?,
-        flux: flux.value * dimming.map_or(1.0, |n| n.value),
+        spread,
+        flux: flux.map(|n| n.value),
+        dimming: dimming.map_or(1.0, |n| n.value),
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
         array: array(&fields)?,
@@ -256,38 +279,62 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
 }
 
 /// The form of the luminous opening.
-fn shape(fields: &Fields) -> Result<Shape, InputError> {
-    const FORM: &str = "\"point\", { rectangle = [a, b] } or { disc = diameter } (m)";
-    const SIZES: &str = "above 0, up to 1e6 m";
-    let size = |n: f64| n > 0.0 && n <= 1e6;
+fn shape(fields: &Fields) -> Result<Option<Shape>, InputError> {
+    const FORM: &str = "\"point\", { rectangle = [a, b] }, { disc = diameter }, { ellipse = [a, b] }, \
+                        { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, diameter] }, \
+                        { sphere = diameter } or { ellipsoid = [a, b, height] } (m)";
+    const KNOWN: [&str; 8] = ["rectangle", "disc", "ellipse", "box", "cylinder", "tube", "sphere", "ellipsoid"];
     if fields.is_text("opening") {
         return match fields.text("opening")? {
-            Some(word) if word.value == "point" => Ok(Shape::Point),
+            Some(word) if word.value == "point" => Ok(Some(Shape::Point)),
             _ => Err(fields.refusal("opening", FORM)),
         };
     }
-    let Some(opening) = fields.table("opening", FORM, &["rectangle", "disc"])? else { return Ok(Shape::Point) };
-    let rectangle = opening.numbers::<2>("rectangle", &format!("two sizes, each {SIZES}"), size)?;
-    let disc = opening.number("disc", &format!("a diameter {SIZES}"), size)?;
-    match (rectangle, disc) {
-        (Some(sizes), None) => Ok(Shape::Rectangle(sizes.value)),
-        (None, Some(diameter)) => Ok(Shape::Disc { diameter: diameter.value }),
+    let Some(opening) = fields.table("opening", FORM, &KNOWN)? else { return Ok(None) };
+    const SIZES: &str = "above 0, up to 1e6 m";
+    let is_size = |n: f64| n > 0.0 && n <= 1e6;
+    let one = |key: &str| {
+        let size = opening.number(key, &format!("a diameter {SIZES}"), is_size)?;
+        Ok::<_, InputError>(size.map(|size| size.value))
+    };
+    let two = |key: &str| {
+        let sizes = opening.numbers::<2>(key, &format!("two sizes, each {SIZES}"), is_size)?;
+        Ok::<_, InputError>(sizes.map(|sizes| sizes.value))
+    };
+    let three = |key: &str| {
+        let sizes = opening.numbers::<3>(key, &format!("three sizes, each {SIZES}"), is_size)?;
+        Ok::<_, InputError>(sizes.map(|sizes| sizes.value))
+    };
+    let said = [
+        two("rectangle")?.map(Shape::Rectangle),
+        one("disc")?.map(|diameter| Shape::Disc { diameter }),
+        two("ellipse")?.map(Shape::Ellipse),
+        three("box")?.map(|sizes| Shape::Solid(Solid::Box, sizes, 2)),
+        two("cylinder")?.map(|[diameter, height]| Shape::Solid(Solid::Cylinder, [diameter, diameter, height], 2)),
+        two("tube")?.map(|[length, diameter]| Shape::Solid(Solid::Cylinder, [length, diameter, diameter], 0)),
+        one("sphere")?.map(|diameter| Shape::Solid(Solid::Ellipsoid, [diameter; 3], 2)),
+        three("ellipsoid")?.map(|sizes| Shape::Solid(Solid::Ellipsoid, sizes, 2)),
+    ];
+    let mut said = said.into_iter().flatten();
+    match (said.next(), said.next()) {
+        (Some(shape), None) => Ok(Some(shape)),
         _ => Err(fields.refusal("opening", FORM)),
     }
 }
 
-/// How light spreads: built-in kinds only, until measured photometry can be read.
-fn distribution(fields: &Fields, shape: Shape) -> Result<Distribution, InputError> {
-    let photometry = fields.text("photometry")?.map(|placed| placed.value);
-    match (photometry.as_deref(), shape) {
-        (None, Shape::Point) | (Some("isotropic"), Shape::Point) => Ok(Distribution::Isotropic),
-        (None, _) | (Some("lambertian"), _) => Ok(Distribution::Lambertian),
-        (Some("isotropic"), _) => Err(fields
+/// How light spreads: a photometric file, or one of the built-in kinds.
+fn spread(fields: &Fields, shape: Option<Shape>) -> Result<Spread, InputError> {
+    let photometry = fields.name("photometry")?;
+    let is_point = matches!(shape, None | Some(Shape::Point));
+    match photometry {
+        None if is_point => Ok(Spread::Isotropic),
+        None => Ok(Spread::Lambertian),
+        Some(word) if word.value == "lambertian" => Ok(Spread::Lambertian),
+        Some(word) if word.value == "isotropic" && is_point => Ok(Spread::Isotropic),
+        Some(word) if word.value == "isotropic" => Err(fields
             .refusal("photometry", "\"lambertian\" for an opening with an area")
             .hint("only points shine alike in all directions")),
-        (Some(_), _) => Err(fields
-            .refusal("photometry", "\"lambertian\" or \"isotropic\"")
-            .hint("measured photometry isn't in this version yet")),
+        Some(file) => Ok(Spread::File(file)),
     }
 }
 

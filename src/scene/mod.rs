@@ -76,7 +76,10 @@ impl Scene {
             [plane.along.length() / plane.cells[0] as f64, plane.across.length() / plane.cells[1] as f64]
         });
         let openings = self.luminaires.iter().map(|luminaire| match &luminaire.opening {
-            Opening::Rectangle { half_width, half_depth, .. } => 2.0 * half_width.length().min(half_depth.length()),
+            Opening::Rectangle { half_width, half_depth, .. } | Opening::Ellipse { half_width, half_depth, .. } => {
+                2.0 * half_width.length().min(half_depth.length())
+            }
+            Opening::Body(body) => 2.0 * body.half_axes.iter().map(|axis| axis.length()).fold(f64::INFINITY, f64::min),
             Opening::Disc { radius, .. } => 2.0 * radius,
             Opening::Point { .. } | Opening::Triangles(_) => f64::INFINITY,
         });

@@ -103,6 +103,10 @@ impl Plan {
         } else {
             decide(false, "direct light by shadow rays", format!("method {name} counts photons"))
         };
+        for (source, count, flux) in measured(scene) {
+            let luminaires = if count == 1 { "1 luminaire".into() } else { format!("{count} luminaires") };
+            decide(true, "measured photometry", format!("{source}: {luminaires}, {flux:.0} lm in all"));
+        }
         let bright = scene.materials.iter().find(|material| !material.is_black());
         let bounces = match bright {
             _ if !method.splits() => decide(true, "passes", format!("method {name}: all light by photons")),
@@ -181,6 +185,20 @@ impl Plan {
         };
         Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
     }
+}
+
+/// Photometric files: what each is, how many luminaires shine by it, and their flux, lm.
+fn measured(scene: &Scene) -> Vec<(&str, usize, f64)> {
+    let mut files: Vec<(&str, usize, f64)> = Vec::new();
+    for luminaire in &scene.luminaires {
+        let Some(measured) = luminaire.measured() else { continue };
+        let source = measured.web().source();
+        match files.iter_mut().find(|file| file.0 == source) {
+            Some(file) => *file = (source, file.1 + 1, file.2 + luminaire.flux.0),
+            None => files.push((source, 1, luminaire.flux.0)),
+        }
+    }
+    files
 }
 
 impl fmt::Display for Plan {
