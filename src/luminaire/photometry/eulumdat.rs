@@ -55,7 +55,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
     if output.is_none() {
         notes.at(23, "no light output ratio: the file declares no flux of the luminaire".to_owned());
     }
-    let text = |line: usize| head.text(line).to_owned();
+    let text = |line: usize| text::label(head.text(line));
     let remarks = [(8, "report"), (11, "file"), (12, "date")];
     Ok(Photometry {
         format: Format::Eulumdat,
@@ -145,11 +145,11 @@ impl Lines<'_> {
         let power = self.number(before + 6, "power of the lamps, W", notes)?;
         Ok(Lamps {
             count: count.unsigned_abs() as u32,
-            name: self.text(before + 2).to_owned(),
+            name: text::label(self.text(before + 2)),
             flux: Some(flux),
             power: (power > 0.0).then_some(power),
-            colour: self.text(before + 4).to_owned(),
-            rendering: self.text(before + 5).to_owned(),
+            colour: text::label(self.text(before + 4)),
+            rendering: text::label(self.text(before + 5)),
             absolute: count < 0,
         })
     }

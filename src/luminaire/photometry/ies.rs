@@ -144,14 +144,14 @@ impl Labels {
         let mut pairs: Vec<(String, String)> = Vec::new();
         for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
             let keyed = line.strip_prefix('[').and_then(|line| line.split_once(']'));
-            let (key, text) = keyed.map_or(("", line), |(key, text)| (key.trim(), text.trim()));
+            let (key, value) = keyed.map_or(("", line), |(key, value)| (key.trim(), value.trim()));
             let key = key.to_ascii_uppercase();
             match pairs.last_mut() {
                 Some((_, before)) if key == "MORE" => {
                     before.push(' ');
-                    before.push_str(text);
+                    before.push_str(&text::label(value));
                 }
-                _ => pairs.push((key, text.to_owned())),
+                _ => pairs.push((text::label(&key), text::label(value))),
             }
         }
         let mut labels = Self::default();

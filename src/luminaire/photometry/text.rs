@@ -150,6 +150,11 @@ pub(super) fn parse(word: &str) -> Option<f64> {
     number.ok().filter(|number: &f64| number.is_finite())
 }
 
+/// A name or remark as one line of plain text: what would steer a terminal becomes a blank.
+pub(super) fn label(text: &str) -> String {
+    text.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
 /// What a file says, short enough for one line and without anything that would break it.
 pub(super) fn quoted(word: &str) -> String {
     const LONGEST: usize = 40;
