@@ -11,6 +11,7 @@ mod file;
 pub mod html;
 pub mod image;
 pub mod json;
+pub mod luminaire;
 mod npy;
 pub(crate) mod number;
 mod plot;
