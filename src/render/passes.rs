@@ -97,6 +97,11 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
+    /// Parts of a pass with photons of their own.
+    pub(super) fn rounds(&self) -> u64 {
+        if self.plan.method.sends_rays() { ROUNDS } else { 1 }
+    }
+
     /// One pass: trace, build, gather.
     fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
         // An image that is good enough rests while maps and sensors ask for more.
@@ -109,7 +114,7 @@ impl<const C: usize> Rendering<'_, C> {
         let mut crossings = std::mem::take(&mut self.caustics);
         crossings.resize_with(places.len(), Crossings::default);
         let mut landings = Photons::default();
-        let rounds = if self.plan.method.sends_rays() { ROUNDS } else { 1 };
+        let rounds = self.rounds();
         for round in pass * rounds..(pass + 1) * rounds {
             let (mut light, mut by_group) = (None, None);
             let mut caustics = Caustics::default();
@@ -493,7 +498,7 @@ struct Engine<'a, const C: usize> {
 impl<'a, const C: usize> Engine<'a, C> {
     fn new(run: &Rendering<'a, C>, places: &[Place<C>], caster: &'a RayCaster) -> Self {
         let (scene, method) = (run.scene, run.plan.method);
-        let rounds = if method.sends_rays() { ROUNDS } else { 1 };
+        let rounds = run.rounds();
         let photons = run.settings.photons.div_ceil(rounds);
         let tracer = run.plan.photons.then(|| Tracer::new(scene, caster, photons));
         let looks = method.sends_rays() || !scene.cameras.is_empty();

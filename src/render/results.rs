@@ -126,12 +126,12 @@ impl<const C: usize> Rendering<'_, C> {
         Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), images }
     }
 
-    /// Flux balance of a pass, the mean over all.
+    /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
     fn mean_balance(&self) -> Tally<C> {
         let mut mean = self.flux;
-        let passes = f64::from(self.passes.max(1));
+        let rounds = (u64::from(self.passes.max(1)) * self.rounds()) as f64;
         for part in [&mut mean.emitted, &mut mean.absorbed, &mut mean.escaped, &mut mean.cut_off] {
-            *part = part.map(|channel| channel / passes);
+            *part = part.map(|channel| channel / rounds);
         }
         mean
     }
