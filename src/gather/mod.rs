@@ -1,6 +1,8 @@
 //! From photons to lux: every point of every measuring plane, one query each.
 
 pub mod bandwidth;
+pub mod bodies;
+pub mod counts;
 pub mod density;
 pub mod direct;
 pub mod gates;

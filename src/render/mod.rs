@@ -10,6 +10,8 @@ use rayon::prelude::*;
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
+use crate::gather::bodies::direct_on_bodies;
+use crate::gather::counts::Counts;
 use crate::gather::density::{Estimate, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::{DirectLight, direct_light};
@@ -23,6 +25,7 @@ use crate::photon::trace::Tally;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
 use crate::scene::plan::{Method, Plan};
+use crate::scene::measured::Sample;
 use crate::scene::{PlaneKind, Scene};
 
 /// Which tree holds the photons.
@@ -114,6 +117,8 @@ impl Settings {
 
 /// Rays of a sensor for each ray of a grid point.
 pub const SENSOR_RAYS: u32 = 32;
+/// Rays of a sample of a measured surface for each ray of a grid point.
+pub const SAMPLE_RAYS: u32 = 8;
 
 /// Hears how far a run has come.
 pub trait Progress: Sync {
@@ -204,6 +209,10 @@ struct Place<const C: usize> {
     density: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
+    /// Photons counted where neither rays nor crossings tell their light.
+    counts: Option<Counts<C>>,
+    /// Areas of the points, m²: of a measured surface only.
+    areas: Vec<f64>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
 }
@@ -294,7 +303,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         result
     }
 
-    /// Every receiver: the planes in the scene's order, then the sensors' with the sensors each serves.
+    /// Every receiver: the planes in the scene's order, the sensors' with the sensors each serves, then the surfaces.
     fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
         let scene = self.scene;
         let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
@@ -309,6 +318,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             receivers.push((receiver, false));
             sensors.push(served);
         }
+        if let Some((receiver, served)) = Receiver::of_bodies(scene, caster, tolerance) {
+            receivers.push((receiver, false));
+            sensors.push(served);
+        }
+        receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
         let place = |(receiver, on_surface): (Receiver, bool)| {
             let dark = vec![Estimate::DARK; receiver.len()];
             let sampled = self.plan.bounces && self.plan.method.sends_rays();
@@ -319,12 +333,19 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 smoother: None,
                 direct: None,
                 samples: sampled.then(|| Samples::new(receiver.len())),
+                counts: None,
+                areas: Vec::new(),
                 density: vec![Densities::default(); receiver.len()],
                 bounced: dark,
                 receiver,
             }
         };
-        (receivers.into_iter().map(place).collect(), sensors)
+        let mut places: Vec<Place<C>> = receivers.into_iter().map(place).collect();
+        let first = places.len() - scene.surfaces.len();
+        for (place, surface) in places[first..].iter_mut().zip(&scene.surfaces) {
+            place.areas = surface.samples.iter().map(Sample::area).collect();
+        }
+        (places, sensors)
     }
 
     fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
@@ -334,7 +355,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             for (index, place) in places.iter_mut().enumerate() {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
                 let advance = |steps| this.progress.advance(steps);
-                let light = direct_light(&this.scene.luminaires, &place.receiver, &blockers, seed, advance);
+                let (luminaires, receiver) = (&this.scene.luminaires, &place.receiver);
+                let light = match receiver.bodies() {
+                    [] => direct_light(luminaires, receiver, &blockers, seed, advance),
+                    bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance),
+                };
                 this.gather_rays += light.rays;
                 place.direct = Some(light);
             }
@@ -355,7 +380,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
                 *has_value =
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
-                if densities {
+                if densities && receiver.is_plane() {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.gather_rays += (FAN * surroundings.len()) as u64;
                 }

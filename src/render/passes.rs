@@ -6,9 +6,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::results::Cell;
-use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SENSOR_RAYS, Searches};
+use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SAMPLE_RAYS, SENSOR_RAYS, Searches};
 use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
+use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
 use crate::gather::density::{Estimate, Search, local_linear, paper};
 use crate::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
@@ -24,6 +25,9 @@ const ROUNDS: u64 = 4;
 
 /// A patch's size as a part of the mean distance that points look: as fine as their mean over a hemisphere needs.
 const PATCH_SHARE: f64 = 1.0 / 10.0;
+
+/// Radius of the disc about a body in which photons are counted, in largest search radii.
+const DISC_SHARE: f32 = 0.2;
 
 /// What rays of a point look at before patches are cut: tells how far they look.
 const SCOUTS: u64 = 4096;
@@ -44,13 +48,13 @@ impl<const C: usize> Rendering<'_, C> {
             let asked = self.settings.error.is_some() && self.passes >= next_check;
             if last || asked {
                 self.conclude::<T>(places);
-                let claim = worst_of(places, self.scene.planes.len(), Cell::of);
+                let claim = worst_of(places, Cell::of);
                 self.progress.pass(self.passes, 100.0 * claim);
                 let Some(target) = self.settings.error.map(|percent| percent / 100.0) else { return };
                 if last || claim <= target {
                     return;
                 }
-                let floor = worst_of(places, self.scene.planes.len(), Cell::of_direct);
+                let floor = worst_of(places, Cell::of_direct);
                 if floor > target {
                     self.warnings.push(format!(
                         "--error {}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
@@ -79,8 +83,13 @@ impl<const C: usize> Rendering<'_, C> {
             let mut light = None;
             if let Some(tracer) = &engine.tracer {
                 let caught = self.timed("trace photons", tracer.photons(), |this| {
-                    this.trace(tracer, engine.grid.as_ref(), places, round)
+                    this.trace(tracer, engine, places, round)
                 });
+                for met in &caught.met {
+                    if let Some(counts) = &mut places[met.receiver as usize].counts {
+                        counts.add(met);
+                    }
+                }
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
                 for (all, mut new) in crossings.iter_mut().zip(caught.crossings) {
@@ -115,34 +124,43 @@ impl<const C: usize> Rendering<'_, C> {
     fn trace<'p>(
         &self,
         tracer: &Tracer<'_, C>,
-        grid: Option<&'p PatchGrid>,
+        engine: &'p Engine<'_, C>,
         places: &[Place<C>],
         round: u64,
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
         let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
         let advance = |photons| self.progress.advance(photons);
+        let count = |keep| CountRecorder::new(&engine.watched, &self.scene.mesh, keep);
         let mut caught = Caught::default();
-        match (self.plan.method, grid) {
+        match (self.plan.method, &engine.grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
-                let record = || (PatchRecorder::new(grid), CrossingRecorder::new(watched, Keep::Caustics));
+                let others = || (CrossingRecorder::new(watched, Keep::Caustics), count(Keep::Caustics));
+                let record = || (PatchRecorder::new(grid), others());
                 let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (patches, crossings) = records.into_iter().unzip();
+                let (patches, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (crossings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
                 (caught.patches, caught.crossings, caught.flux) = (patches, CrossingRecorder::merge(crossings), flux);
             }
             (Method::Seed, _) => {
-                let record = || (CrossingRecorder::new(&receivers, Keep::All), LandingRecorder::new());
+                let others = || (LandingRecorder::new(), count(Keep::All));
+                let record = || (CrossingRecorder::new(&receivers, Keep::All), others());
                 let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (crossings, landings) = records.into_iter().unzip();
+                let (crossings, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (landings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
                 caught.crossings = CrossingRecorder::merge(crossings);
                 (caught.landings, caught.flux) = (LandingRecorder::merge(landings), flux);
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let record = || CrossingRecorder::new(&receivers, keep);
+                let record = || (CrossingRecorder::new(&receivers, keep), count(keep));
                 let (records, flux) = tracer.trace(seed, round, record, advance);
-                (caught.crossings, caught.flux) = (CrossingRecorder::merge(records), flux);
+                let (crossings, met) = records.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
+                (caught.crossings, caught.flux) = (CrossingRecorder::merge(crossings), flux);
             }
         }
         caught
@@ -157,9 +175,13 @@ impl<const C: usize> Rendering<'_, C> {
         place: &mut Place<C>,
         round: u64,
     ) {
-        let Place { receiver, has_value, samples: Some(samples), .. } = place else { return };
-        let of_sensors = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
-        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * of_sensors;
+        let Place { receiver, has_value, areas, samples: Some(samples), .. } = place else { return };
+        let times = match (receiver.grid, areas.as_slice()) {
+            (Some(_), _) => 1,
+            (None, []) => SENSOR_RAYS,
+            (None, _) => SAMPLE_RAYS,
+        };
+        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * u64::from(times);
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
         let rays = AtomicU64::new(0);
         samples.add(round, count, |point| {
@@ -171,7 +193,7 @@ impl<const C: usize> Rendering<'_, C> {
             let shift = stream.uniform_pair();
             let mut cast = 0;
             for ray in 0..count {
-                let direction = Stream::cosine_at(receiver.normal, low_discrepancy(ray, shift));
+                let direction = receiver.direction(point, low_discrepancy(ray, shift));
                 let found = sight.incoming(receiver.start(point), direction, records, &mut stream, &mut cast);
                 (0..C).for_each(|c| sum[c] += found[c]);
             }
@@ -199,7 +221,7 @@ impl<const C: usize> Rendering<'_, C> {
         });
         let points = places.iter().map(|place| place.receiver.len() as u64).sum();
         self.timed("gather", points, |this| {
-            for (place, maps) in places.iter_mut().zip(&maps) {
+            for (place, maps) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane()) {
                 this.densities(place, maps, &surfaces, searches);
             }
         });
@@ -282,7 +304,7 @@ impl<const C: usize> Rendering<'_, C> {
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
         self.timed("smooth", 1, |_| {
             for place in places {
-                let Place { receiver, has_value, smoother, density, samples, bounced, .. } = place;
+                let Place { receiver, has_value, smoother, density, samples, counts, bounced, .. } = place;
                 let mean = |sum: &Estimate<C>| Estimate {
                     value: sum.value.map(|value| value / passes),
                     variance: sum.variance / (passes * passes),
@@ -293,6 +315,9 @@ impl<const C: usize> Rendering<'_, C> {
                 };
                 *bounced = best(|sums| &sums.sharp);
                 bounced.iter_mut().zip(best(|sums| &sums.smooth)).for_each(|(sum, found)| sum.add(&found));
+                if let Some(counts) = counts {
+                    (0..).zip(bounced.iter_mut()).for_each(|(point, sum)| sum.add(&counts.estimate(point, passes)));
+                }
                 let Some(samples) = samples else { continue };
                 let found = match smoother {
                     Some(smoother) => smoother.smooth(samples, has_value),
@@ -304,21 +329,23 @@ impl<const C: usize> Rendering<'_, C> {
     }
 }
 
-/// Claimed standard error of the worst map, relative to its mean; of the worst sensor where there is no map.
-fn worst_of<const C: usize>(places: &[Place<C>], maps: usize, cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
+/// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
+/// map.
+fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
     let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
-        let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
+        let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);
         for point in points.filter(|&point| place.has_value[point]) {
-            let cell = cell(place, point);
-            sum += photometric(cell.value);
-            variance += cell.variance;
-            count += 1.0;
+            let (cell, weight) = (cell(place, point), place.areas.get(point).copied().unwrap_or(1.0));
+            sum += weight * photometric(cell.value);
+            variance += weight * cell.variance;
+            whole += weight;
         }
-        if sum > 0.0 { (variance * count).sqrt() / sum } else { 0.0 }
+        if sum > 0.0 { (variance * whole).sqrt() / sum } else { 0.0 }
     };
-    let claims = places.iter().take(maps).map(|place| of_points(place, &mut (0..place.receiver.len())));
-    if maps > 0 {
-        return claims.fold(0.0, f64::max);
+    let is_map = |place: &&Place<C>| place.receiver.grid.is_some() || !place.areas.is_empty();
+    if places.iter().any(|place| is_map(&place)) {
+        let maps = places.iter().filter(is_map);
+        return maps.map(|place| of_points(place, &mut (0..place.receiver.len()))).fold(0.0, f64::max);
     }
     let sensors = places.iter().flat_map(|place| (0..place.receiver.len()).map(move |point| (place, point)));
     sensors.map(|(place, point)| of_points(place, &mut std::iter::once(point))).fold(0.0, f64::max)
@@ -335,10 +362,12 @@ struct Engine<'a, const C: usize> {
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
+    /// What photons are counted for at each receiver.
+    watched: Vec<Watched<'a>>,
 }
 
 impl<'a, const C: usize> Engine<'a, C> {
-    fn new(run: &Rendering<'a, C>, places: &[Place<C>], caster: &'a RayCaster) -> Self {
+    fn new(run: &Rendering<'a, C>, places: &mut [Place<C>], caster: &'a RayCaster) -> Self {
         let (scene, method) = (run.scene, run.plan.method);
         let rounds = if method.sends_rays() { ROUNDS } else { 1 };
         let photons = run.settings.photons.div_ceil(rounds);
@@ -350,8 +379,30 @@ impl<'a, const C: usize> Engine<'a, C> {
             let useful = |material: u32| scene.materials[material as usize].reflectance.iter().any(|&part| part > 0.0);
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
-        Self { tracer, sight, grid }
+        Self { tracer, sight, grid, watched: watched(run, places, caster) }
     }
+}
+
+/// What photons are to be counted for at each receiver, with counts made ready for it.
+fn watched<'a, const C: usize>(run: &Rendering<'a, C>, places: &mut [Place<C>], caster: &RayCaster) -> Vec<Watched<'a>> {
+    let counted = run.plan.photons && (!run.plan.method.sends_rays() || run.plan.caustics);
+    if !counted || places.iter().all(|place| place.receiver.is_plane()) {
+        return Vec::new();
+    }
+    let first = places.len() - run.scene.surfaces.len();
+    let of = |(index, place): (usize, &mut Place<C>)| {
+        let watched = match (place.receiver.bodies(), index.checked_sub(first)) {
+            ([], None) => return Watched::Nothing,
+            ([], Some(surface)) => Watched::Surface(&run.scene.surfaces[surface]),
+            _ => {
+                let (radius, floor) = (DISC_SHARE * run.searches.smooth.radius, run.searches.smooth.floor);
+                Watched::bodies(&place.receiver, radius, floor, caster)
+            }
+        };
+        place.counts = Some(Counts::new(watched.areas()));
+        watched
+    };
+    places.iter_mut().enumerate().map(of).collect()
 }
 
 /// Mean distance of what the points of all receivers look at, m; the scene's diagonal where they see nothing.
@@ -363,7 +414,7 @@ fn mean_sight<const C: usize>(run: &Rendering<'_, C>, places: &[Place<C>], caste
         let place = &places[(scout % places.len() as u64) as usize];
         let point =
             ((f64::from(stream.uniform()) * place.receiver.len() as f64) as usize).min(place.receiver.len() - 1);
-        let direction = stream.cosine_about(place.receiver.normal);
+        let direction = place.receiver.direction(point, stream.uniform_pair());
         let hit = caster.closest_hit(place.receiver.start(point), direction, f32::INFINITY);
         if let (true, Some(hit)) = (place.has_value[point], hit) {
             sum += f64::from(hit.distance);
@@ -378,11 +429,18 @@ struct Caught<'p, const C: usize> {
     crossings: Vec<Crossings<C>>,
     landings: Photons<C>,
     patches: Vec<PatchRecorder<'p, C>>,
+    met: Vec<Met<C>>,
     flux: Tally<C>,
 }
 
 impl<const C: usize> Default for Caught<'_, C> {
     fn default() -> Self {
-        Self { crossings: Vec::new(), landings: Photons::default(), patches: Vec::new(), flux: Tally::default() }
+        Self {
+            crossings: Vec::new(),
+            landings: Photons::default(),
+            patches: Vec::new(),
+            met: Vec::new(),
+            flux: Tally::default(),
+        }
     }
 }

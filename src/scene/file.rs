@@ -6,7 +6,10 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
+use super::areas::areas;
 use super::material::Dielectric;
+use super::measure::measure;
+use super::measured::{self, SurfaceSection};
 use super::mesh::Placement;
 use super::{MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
@@ -39,6 +42,9 @@ pub(crate) struct SceneFile {
     pub(crate) luminaires: Vec<LuminaireSection>,
     pub(crate) planes: Vec<MeasuringPlane>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) surfaces: Vec<SurfaceSection>,
+    /// Of luminaires that give none of their own, if the file gives one.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) render: RenderDefaults,
 }
 
@@ -65,8 +71,10 @@ pub(crate) struct LuminaireSection {
     pub(crate) rotation: f64,
     pub(crate) shape: Shape,
     pub(crate) distribution: Distribution,
-    /// As dimmed, lm; 0 where it is switched off.
+    /// As dimmed and maintained, lm; 0 where it is switched off.
     pub(crate) flux: f64,
+    /// Maintenance factor of its own; else the scene's holds.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) colour: [f64; 3],
     pub(crate) group: Option<String>,
     pub(crate) array: Option<Array>,
@@ -101,7 +109,18 @@ impl SceneFile {
         if let Some(error) = errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
             return Err(syntax_error(&source, error));
         }
-        const KNOWN: [&str; 8] = ["name", "mesh", "material", "luminaire", "plane", "sensor", "camera", "render"];
+        const KNOWN: [&str; 10] = [
+            "name",
+            "maintenance_factor",
+            "mesh",
+            "material",
+            "luminaire",
+            "plane",
+            "sensor",
+            "surface",
+            "camera",
+            "render",
+        ];
         let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
 
         if let Some((at, _)) = top.sections("camera")?.into_iter().next() {
@@ -109,7 +128,7 @@ impl SceneFile {
             return Err(error.hint("camera images aren't in this version yet; measuring planes and sensors are"));
         }
         let each = |key: &str| top.sections(key);
-        let scene = Self {
+        let mut scene = Self {
             name: top.name("name")?.map(|name| name.value),
             meshes: each("mesh")?.into_iter().map(|(at, t)| mesh(&source, at, t)).collect::<Result<_, _>>()?,
             materials: materials(&source, &top)?,
@@ -119,10 +138,15 @@ impl SceneFile {
                 .collect::<Result<_, _>>()?,
             planes: planes(&source, each("plane")?)?,
             sensors: sensors(&source, each("sensor")?)?,
+            surfaces: surfaces(&source, each("surface")?)?,
+            maintenance: maintenance_factor(&top)?,
             render: render(&top)?,
         };
-        if scene.planes.is_empty() && scene.sensors.is_empty() {
-            let found = "neither a [[plane]] nor a [[sensor]]";
+        for luminaire in &mut scene.luminaires {
+            luminaire.flux *= luminaire.maintenance.or(scene.maintenance).unwrap_or(1.0);
+        }
+        if scene.planes.is_empty() && scene.sensors.is_empty() && scene.surfaces.is_empty() {
+            let found = "neither a [[plane]] nor a [[sensor]] nor a [[surface]]";
             let error = InputError::new(Location::file(path), found, "at least one of them");
             return Err(error.hint("they say where illuminance is wanted"));
         }
@@ -207,8 +231,9 @@ fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
 }
 
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
-    const KNOWN: [&str; 12] = [
+    const KNOWN: [&str; 13] = [
         "name",
+        "maintenance_factor",
         "position",
         "aim",
         "rotation",
@@ -238,6 +263,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         shape,
         distribution: distribution(&fields, shape)?,
         flux: flux.value * dimming.map_or(1.0, |n| n.value),
+        maintenance: maintenance_factor(&fields)?,
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
         array: array(&fields)?,
@@ -306,21 +332,35 @@ fn array(fields: &Fields) -> Result<Option<Array>, InputError> {
     Ok(Some(Array { count: count.value, pitch: pitch.value, at: array.at }))
 }
 
+/// Share of the initial light that is left before the next maintenance.
+fn maintenance_factor(fields: &Fields) -> Result<Option<f64>, InputError> {
+    let expected = "a number above 0, at most 1 (a clean office: about 0.8)";
+    Ok(fields.number("maintenance_factor", expected, |n| n > 0.0 && n <= 1.0)?.map(|n| n.value))
+}
+
+fn surfaces(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<SurfaceSection>, InputError> {
+    let mut names = Names::new("surface");
+    let surface = |(at, table)| {
+        let fields = Fields::new(source, "[[surface]]", at, table, &measured::KNOWN)?;
+        let name = names.take_file(&fields, "ply")?;
+        measured::section(&fields, name)
+    };
+    sections.into_iter().map(surface).collect()
+}
+
 fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
     for (at, table) in sections {
-        const KNOWN: [&str; 6] = ["name", "corner", "along", "across", "cells", "on"];
+        const KNOWN: [&str; 9] =
+            ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
-        let name = names.take(&fields)?;
-        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
-            let error = fields.refusal("name", "a name that can be a file's");
-            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
-        }
+        let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
+            areas: areas(&fields, [along.length(), across.length()], cells(&fields)?)?,
             along,
             across,
             cells: cells(&fields)?,
@@ -363,11 +403,16 @@ fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<S
     let mut sensors = Vec::with_capacity(sections.len());
     let mut names = Names::new("sensor");
     for (at, table) in sections {
-        let fields = Fields::new(source, "[[sensor]]", at, table, &["name", "position", "normal", "target"])?;
+        const KNOWN: [&str; 6] = ["name", "position", "normal", "measure", "facing", "target"];
+        let fields = Fields::new(source, "[[sensor]]", at, table, &KNOWN)?;
+        let name = names.take(&fields)?;
+        let position = fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value;
+        let (measure, normal) = measure(&fields)?;
         sensors.push(Sensor {
-            name: names.take(&fields)?,
-            position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
-            normal: fields.direction("normal")?.ok_or_else(|| fields.missing("normal", "[0, 0, 1]"))?.value,
+            name,
+            position,
+            normal,
+            measure,
             target: fields.number("target", "a number from 0 up, lx", |n| n >= 0.0)?.map(|n| n.value),
         });
     }
@@ -392,6 +437,18 @@ impl Names {
             Some(first) => Err(duplicate(self.kind, &name, &first)),
             None => Ok(name.value),
         }
+    }
+}
+
+impl Names {
+    /// The name of a section whose results are written as NAME.`ending`.
+    fn take_file(&mut self, fields: &Fields, ending: &str) -> Result<String, InputError> {
+        let name = self.take(fields)?;
+        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
+            let error = fields.refusal("name", "a name that can be a file's");
+            return Err(error.hint(format!("no / \\ : in it, no dot in front; results are written as NAME.{ending}")));
+        }
+        Ok(name)
     }
 }
 
