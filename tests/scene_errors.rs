@@ -126,12 +126,12 @@ fn keys_nobody_knows() {
     assert_eq!(
         luminaire_says("colour = [1, 1, 1]"),
         "scene.toml:5: found unknown key \"colour\" in [[luminaire]], expected one of name, position, aim, rotation, \
-         opening, photometry, flux, dimming, color, cct, group, array; did you mean color?"
+         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor; did you mean color?"
     );
     assert_eq!(
         says("[[lamp]]\n"),
         "scene.toml:1: found unknown key \"lamp\" in the scene file, expected one of name, mesh, material, luminaire, \
-         plane, sensor, camera, render"
+         plane, sensor, surface, camera, render, maintenance_factor"
     );
     assert_eq!(
         luminaire_says("opening = { disk = 0.3 }"),
@@ -193,7 +193,7 @@ fn sections_that_lack_something() {
     );
     assert_eq!(
         says(&format!("{LAMP}{MESH}")),
-        "scene.toml: found neither a [[plane]] nor a [[sensor]], expected at least one of them; they say where illuminance \
+        "scene.toml: found neither a [[plane]] nor a [[sensor]] nor a [[surface]], expected at least one of them; they say where illuminance \
          is wanted"
     );
     assert_eq!(

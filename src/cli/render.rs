@@ -9,7 +9,7 @@ use super::progress::Bar;
 use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::render::{Settings, Tree, render};
-use crate::report::{self, ExtraLayers, Results};
+use crate::report::{self, ExtraLayers};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
 
@@ -62,13 +62,13 @@ pub(super) struct Arguments {
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Only this measuring plane; repeatable.
+    /// Only this measuring plane or surface; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
-    /// Exit with code 1 if a sensor misses its target.
+    /// Exit with code 1 if a sensor misses its target, or an area what is required of it.
     #[arg(long)]
     check: bool,
     /// Print the summary as JSON instead of the table.
@@ -138,19 +138,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(if arguments.check && misses_target(&results) { Outcome::Missed } else { Outcome::Done })
+    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
 }
 
-/// Keeps the planes asked for; all where none is named.
+/// Keeps the planes and surfaces asked for; all where none is named.
 pub(super) fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
     if names.is_empty() {
         return Ok(());
     }
-    let known: Vec<&str> = scene.planes.iter().map(|plane| plane.name.as_str()).collect();
+    let planes = scene.planes.iter().map(|plane| plane.name.as_str());
+    let known: Vec<&str> = planes.chain(scene.surfaces.iter().map(|surface| surface.name.as_str())).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         return Err(Error::Usage(format!("--plane: found \"{unknown}\", expected one of {}", known.join(", "))));
     }
     scene.planes.retain(|plane| names.contains(&plane.name));
+    scene.surfaces.retain(|surface| names.contains(&surface.name));
     Ok(())
 }
 
@@ -184,6 +186,3 @@ pub(super) fn stem(scene: &Path) -> PathBuf {
     scene.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from)
 }
 
-fn misses_target(results: &Results) -> bool {
-    results.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
-}

@@ -16,7 +16,8 @@ use crate::embree::RayCaster;
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
-use crate::scene::{MeasuredSurface, Measure, MeasuringPlane, Mesh, Scene, Sensor};
+use crate::scene::measured::Sample;
+use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
 
 /// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
 /// photons matter.
@@ -112,7 +113,7 @@ impl Receiver {
 
     /// The receiver of a measured surface: a point at the middle of each sample, just off the surface.
     pub fn of_surface(surface: &MeasuredSurface, caster: &RayCaster) -> Self {
-        let face = |sample: &crate::scene::measured::Sample| {
+        let face = |sample: &Sample| {
             let largest = sample.corners.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
             let normal = sample.normal().as_vec3();
             (caster.step_off(sample.centre().as_vec3(), normal, largest as f32), normal)

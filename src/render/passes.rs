@@ -15,7 +15,7 @@ use crate::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Records, Sight};
 use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream};
+use crate::photon::random::Seed;
 use crate::photon::trace::{Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
 use crate::scene::plan::Method;

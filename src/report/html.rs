@@ -6,8 +6,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::table::method;
-use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::table::{maintained, method};
+use crate::report::{AreaFigures, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
 /// Looks of the page.
@@ -20,10 +20,11 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let planes: String =
         results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
     let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
+        format!("<header>\n<h1>{title}</h1>\n<p>{}{}</p>\n</header>\n", escape(&method(run)), maintained(run)),
         warnings(&run.warnings),
         overview(results),
         planes,
+        surfaces(results),
         sensors(results),
         flux_balance(run),
         times(run),
@@ -77,7 +78,70 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
         let alt = format!("Illuminance on {name} in false colours, with isolux lines");
         format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
     });
-    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n", figures(map)))
+    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)))
+}
+
+/// Areas of a plane that have figures of their own.
+fn areas(map: &IlluminanceMap) -> String {
+    if map.areas.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0, ud] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>", "U<sub>d</sub>"];
+    table(["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""], map.areas.iter().map(area))
+}
+
+/// An area's line.
+fn area(area: &AreaFigures) -> [String; 9] {
+    let found = &area.figures;
+    let known = |text: String| if found.cells > 0 { text } else { "–".into() };
+    [
+        escape(&area.title()),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(format!("{:.2}", found.diversity)),
+        found.cells.to_string(),
+        area.required_in_words(),
+        verdict(area.meets_required()),
+    ]
+}
+
+/// All measured surfaces in one table.
+fn surfaces(results: &Results) -> String {
+    if results.surfaces.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
+    let head = ["Surface", "Ē, lx", min, max, u0, "Standard error of a sample, lx", "Area, m²", "Flux, lm", "Samples"];
+    let note = "<p>Figures weigh each sample by its area. Values are in the surface’s CSV and PLY files.</p>\n";
+    section("Surfaces", &(table(head, results.surfaces.iter().map(surface)) + note))
+}
+
+/// A surface's line.
+fn surface(map: &SurfaceMap) -> [String; 9] {
+    let found = map.figures();
+    let known = |text: String| if found.samples > 0 { text } else { "–".into() };
+    [
+        escape(&map.name),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(short(found.mean_standard_error.0)),
+        known(short(found.area)),
+        known(short(found.flux.0)),
+        format!("{}, {} without a value", count(map.corners.len() as u64), found.samples_without_value),
+    ]
+}
+
+/// Whether something required is reached.
+fn verdict(met: Option<bool>) -> String {
+    match met {
+        Some(true) => "<span class=\"met\">✓ met</span>".into(),
+        Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
+        None => String::new(),
+    }
 }
 
 /// Figures of a plane, one on each line.
@@ -125,16 +189,12 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     let at = sensor.position;
     [
-        escape(&sensor.name),
+        escape(&sensor.title()),
         format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)),
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
-        match sensor.meets_target() {
-            Some(true) => "<span class=\"met\">✓ met</span>".into(),
-            Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
-            None => String::new(),
-        },
+        verdict(sensor.meets_target()),
     ]
 }
 
@@ -170,7 +230,13 @@ fn computation(run: &Run) -> String {
         0 => "unknown".to_owned(),
         bytes => format!("{} MB", short(bytes as f64 / 1e6)),
     };
+    let factor = match run.maintenance_factor {
+        None => "none: illuminance of the new installation".to_owned(),
+        Some([least, most]) if least == most => least.to_string(),
+        Some([least, most]) => format!("{least} to {most}, by luminaire"),
+    };
     let facts = [
+        ("Maintenance factor", factor),
         ("Method", escape(&run.method)),
         ("Photons emitted", count(run.photons_emitted)),
         ("Photons stored", count(run.photons_stored)),

@@ -111,7 +111,6 @@ impl SceneFile {
         }
         const KNOWN: [&str; 10] = [
             "name",
-            "maintenance_factor",
             "mesh",
             "material",
             "luminaire",
@@ -120,6 +119,7 @@ impl SceneFile {
             "surface",
             "camera",
             "render",
+            "maintenance_factor",
         ];
         let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
 
@@ -233,7 +233,6 @@ fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
     const KNOWN: [&str; 13] = [
         "name",
-        "maintenance_factor",
         "position",
         "aim",
         "rotation",
@@ -245,6 +244,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         "cct",
         "group",
         "array",
+        "maintenance_factor",
     ];
     let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
     let shape = shape(&fields)?;

@@ -148,6 +148,7 @@ mod tests {
             shape,
             distribution: Distribution::Lambertian,
             flux: 3000.0,
+            maintenance: None,
             colour: [1.0; 3],
             group: None,
             array,
