@@ -185,4 +185,3 @@ fn layers(names: &[String]) -> ExtraLayers {
 pub(super) fn stem(scene: &Path) -> PathBuf {
     scene.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from)
 }
-

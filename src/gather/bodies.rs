@@ -212,8 +212,7 @@ mod tests {
                     let at = [(i as f32 + 0.5) / 200.0, (j as f32 + 0.5) / 200.0];
                     let drawn = moments(body.direction(at).as_dvec3());
                     let (polar, azimuth) = (PI * f64::from(at[0]), TAU * f64::from(at[1]));
-                    let towards =
-                        DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+                    let towards = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
                     let weight = measure.kernel(DVec3::X, towards) * polar.sin() * 2.0 * PI / 40_000.0;
                     for (k, moment) in moments(towards).into_iter().enumerate() {
                         found[k] += drawn[k] / 40_000.0;

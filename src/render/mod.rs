@@ -24,8 +24,8 @@ use crate::photon::random::Seed;
 use crate::photon::trace::Tally;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
-use crate::scene::plan::{Method, Plan};
 use crate::scene::measured::Sample;
+use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 
 /// Which tree holds the photons.
@@ -62,8 +62,8 @@ impl Tree {
 pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
-    /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many.
+    /// Rays from each grid point a pass (`gather` and `path`); a sensor, or a sample of a surface, which has no neighbours to
+    /// help it, sends [`SENSOR_RAYS`] times as many.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
@@ -115,10 +115,8 @@ impl Settings {
     }
 }
 
-/// Rays of a sensor for each ray of a grid point.
+/// Rays of a sensor, and of a sample of a surface, for each ray of a grid point.
 pub const SENSOR_RAYS: u32 = 32;
-/// Rays of a sample of a measured surface for each ray of a grid point.
-pub const SAMPLE_RAYS: u32 = 8;
 
 /// Hears how far a run has come.
 pub trait Progress: Sync {

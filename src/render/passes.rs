@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::results::Cell;
-use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SAMPLE_RAYS, SENSOR_RAYS, Searches};
+use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SENSOR_RAYS, Searches};
 use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
 use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
@@ -82,9 +82,8 @@ impl<const C: usize> Rendering<'_, C> {
         for round in pass * rounds..(pass + 1) * rounds {
             let mut light = None;
             if let Some(tracer) = &engine.tracer {
-                let caught = self.timed("trace photons", tracer.photons(), |this| {
-                    this.trace(tracer, engine, places, round)
-                });
+                let caught =
+                    self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, places, round));
                 for met in &caught.met {
                     if let Some(counts) = &mut places[met.receiver as usize].counts {
                         counts.add(met);
@@ -175,13 +174,9 @@ impl<const C: usize> Rendering<'_, C> {
         place: &mut Place<C>,
         round: u64,
     ) {
-        let Place { receiver, has_value, areas, samples: Some(samples), .. } = place else { return };
-        let times = match (receiver.grid, areas.as_slice()) {
-            (Some(_), _) => 1,
-            (None, []) => SENSOR_RAYS,
-            (None, _) => SAMPLE_RAYS,
-        };
-        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * u64::from(times);
+        let Place { receiver, has_value, samples: Some(samples), .. } = place else { return };
+        let alone = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
+        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * alone;
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
         let rays = AtomicU64::new(0);
         samples.add(round, count, |point| {
@@ -384,7 +379,11 @@ impl<'a, const C: usize> Engine<'a, C> {
 }
 
 /// What photons are to be counted for at each receiver, with counts made ready for it.
-fn watched<'a, const C: usize>(run: &Rendering<'a, C>, places: &mut [Place<C>], caster: &RayCaster) -> Vec<Watched<'a>> {
+fn watched<'a, const C: usize>(
+    run: &Rendering<'a, C>,
+    places: &mut [Place<C>],
+    caster: &RayCaster,
+) -> Vec<Watched<'a>> {
     let counted = run.plan.photons && (!run.plan.method.sends_rays() || run.plan.caustics);
     if !counted || places.iter().all(|place| place.receiver.is_plane()) {
         return Vec::new();

@@ -3,8 +3,8 @@
 
 use crate::report::statistics::of_cells;
 use crate::report::{IlluminanceMap, Statistics};
-use crate::scene::areas::{Areas, Required, holds};
 use crate::scene::MeasuringPlane;
+use crate::scene::areas::{Areas, Required, holds};
 
 /// Which part of a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,9 +50,7 @@ impl AreaFigures {
         let Required { mean, uniformity } = self.required;
         let reaches = |least: Option<f64>, found: f64| least.is_none_or(|least| found >= least);
         (!self.required.is_empty()).then(|| {
-            self.figures.cells > 0
-                && reaches(mean, self.figures.mean.0)
-                && reaches(uniformity, self.figures.uniformity)
+            self.figures.cells > 0 && reaches(mean, self.figures.mean.0) && reaches(uniformity, self.figures.uniformity)
         })
     }
 
@@ -196,8 +194,7 @@ mod tests {
         let found = figures(&areas(), &map());
         let kinds: Vec<AreaKind> = found.iter().map(|area| area.kind).collect();
         assert_eq!(kinds, [AreaKind::WithinMargin, AreaKind::Task, AreaKind::Surrounding, AreaKind::Background]);
-        let cells: Vec<_> =
-            found.iter().map(|area| (area.figures.cells, area.figures.cells_without_value)).collect();
+        let cells: Vec<_> = found.iter().map(|area| (area.figures.cells, area.figures.cells_without_value)).collect();
         assert_eq!(cells, [(23, 1), (1, 1), (10, 0), (12, 0)]);
         let bounds: Vec<_> = found.iter().map(|area| (area.figures.min.0, area.figures.max.0)).collect();
         assert_eq!(bounds, [(11.0, 46.0), (22.0, 22.0), (11.0, 34.0), (15.0, 46.0)]);

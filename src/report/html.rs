@@ -78,7 +78,10 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
         let alt = format!("Illuminance on {name} in false colours, with isolux lines");
         format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
     });
-    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)))
+    section(
+        &format!("Plane “{name}”"),
+        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)),
+    )
 }
 
 /// Areas of a plane that have figures of their own.

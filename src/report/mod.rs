@@ -29,9 +29,9 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::scene::Measure;
 use crate::units::Lumens;
+pub use areas::AreaFigures;
 pub use exr::ExtraLayers;
 pub use file::stems;
-pub use areas::AreaFigures;
 pub use statistics::{Statistics, statistics};
 pub use surface::SurfaceMap;
 

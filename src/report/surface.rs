@@ -97,10 +97,7 @@ impl SurfaceMap {
         };
         (0..self.corners.len()).find(bad).map_or(Ok(()), |sample| {
             let lux = self.illuminance[sample];
-            Err(invalid(format!(
-                "E of sample {sample} of \"{}\" is {lux} lx, expected a finite number",
-                self.name
-            )))
+            Err(invalid(format!("E of sample {sample} of \"{}\" is {lux} lx, expected a finite number", self.name)))
         })
     }
 }

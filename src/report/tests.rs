@@ -270,7 +270,8 @@ fn a_sensor_in_the_dark_misses_its_target() {
 #[test]
 fn the_summary_is_json_with_units_in_its_keys_and_null_for_nothing() {
     let maps = vec![map("floor", [2, 1], |x, _| [100.0, 300.0][x]), map("none", [1, 1], |_, _| f64::NAN)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true), sensor(None, false)], surfaces: vec![] };
+    let results =
+        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true), sensor(None, false)], surfaces: vec![] };
     let text = json::summary(&results);
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(summary["planes"][0]["mean_lx"], 200.0);

@@ -79,11 +79,10 @@ pub(crate) fn areas(fields: &Fields, sides: [f64; 2], cells: [usize; 2]) -> Resu
     }
     const KNOWN: [&str; 6] = ["name", "corner", "size", "required", "surrounding", "background"];
     let task = |(at, table)| task(&fields.within("[[plane.task]]", at, table, &KNOWN)?, sides, cells);
-    Ok(Areas {
-        margin,
-        required: required(fields)?,
-        tasks: fields.sections("task")?.into_iter().map(task).collect::<Result<_, _>>()?,
-    })
+    let sections = fields
+        .sections("task")
+        .map_err(|error| InputError { expected: "sections that begin with [[plane.task]]".to_owned(), ..error })?;
+    Ok(Areas { margin, required: required(fields)?, tasks: sections.into_iter().map(task).collect::<Result<_, _>>()? })
 }
 
 /// Number of cells whose centres lie in a rectangle.

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
 use super::areas::areas;
+use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
 use super::material::Dielectric;
 use super::measure::measure;
 use super::measured::{self, SurfaceSection};
@@ -352,8 +352,7 @@ fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Me
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
     for (at, table) in sections {
-        const KNOWN: [&str; 9] =
-            ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
+        const KNOWN: [&str; 9] = ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
         let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;

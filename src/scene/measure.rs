@@ -102,8 +102,7 @@ mod tests {
                 let polar = PI * (f64::from(i) + 0.5) / 200.0;
                 for j in 0..400 {
                     let azimuth = 2.0 * PI * (f64::from(j) + 0.5) / 400.0;
-                    let towards =
-                        DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+                    let towards = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
                     sum += measure.kernel(DVec3::Z, towards) * polar.sin() * (PI / 200.0) * (2.0 * PI / 400.0);
                 }
             }
@@ -115,11 +114,7 @@ mod tests {
     #[test]
     fn cylinders_are_means_of_vertical_illuminances() {
         let (elevation, azimuth) = (30_f64.to_radians(), 40_f64.to_radians());
-        let towards = DVec3::new(
-            elevation.cos() * azimuth.cos(),
-            elevation.cos() * azimuth.sin(),
-            elevation.sin(),
-        );
+        let towards = DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
         let mean = |from: f64, to: f64| {
             let steps = 100_000;
             let vertical = |step: i32| {

@@ -74,7 +74,8 @@ impl Sample {
         let length = |[_, p, q]: &[DVec3; 3]| p.distance(*q);
         let turned = [from(0), from(1), from(2)];
         // The first of equals, for a square's halves to be cut alike.
-        let longest = turned.iter().fold(turned[0], |most, next| if length(next) > length(&most) { *next } else { most });
+        let longest =
+            turned.iter().fold(turned[0], |most, next| if length(next) > length(&most) { *next } else { most });
         (length(&longest), longest)
     }
 
@@ -88,8 +89,7 @@ impl Sample {
 impl MeasuredSurface {
     /// Cuts some triangles; `None` where that makes more than a million samples.
     fn new(name: String, back: bool, spacing: f64, triangles: &[u32], mesh: &Mesh) -> Option<Self> {
-        let mut surface =
-            Self { name, back, spacing, samples: Vec::new(), triangles: Vec::new(), nodes: Vec::new() };
+        let mut surface = Self { name, back, spacing, samples: Vec::new(), triangles: Vec::new(), nodes: Vec::new() };
         for &triangle in triangles {
             let [a, b, c] = mesh.corners(triangle as usize);
             let root = surface.cut(Sample { corners: if back { [a, c, b] } else { [a, b, c] } })?;
