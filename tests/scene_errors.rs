@@ -126,12 +126,12 @@ fn keys_nobody_knows() {
     assert_eq!(
         luminaire_says("colour = [1, 1, 1]"),
         "scene.toml:5: found unknown key \"colour\" in [[luminaire]], expected one of name, position, aim, rotation, \
-         opening, photometry, flux, dimming, color, cct, group, array; did you mean color?"
+         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor; did you mean color?"
     );
     assert_eq!(
         says("[[lamp]]\n"),
         "scene.toml:1: found unknown key \"lamp\" in the scene file, expected one of name, mesh, material, luminaire, \
-         plane, sensor, camera, render"
+         plane, sensor, surface, camera, render, maintenance_factor"
     );
     assert_eq!(
         luminaire_says("opening = { disk = 0.3 }"),
@@ -193,7 +193,7 @@ fn sections_that_lack_something() {
     );
     assert_eq!(
         says(&format!("{LAMP}{MESH}")),
-        "scene.toml: found neither a [[plane]] nor a [[sensor]], expected at least one of them; they say where illuminance \
+        "scene.toml: found neither a [[plane]] nor a [[sensor]] nor a [[surface]], expected at least one of them; they say where illuminance \
          is wanted"
     );
     assert_eq!(
@@ -638,4 +638,153 @@ fn no_byte_makes_it_panic() {
             try_with(&bytes);
         }
     }
+}
+
+/// What a sound scene says once its sensor has more lines (line 5 on) and no normal.
+fn body_says(lines: &str) -> String {
+    says(&format!("[[sensor]]\nname = \"S\"\nposition = [0, 0, 1]\n\n{lines}\n{LAMP}"))
+}
+
+#[test]
+fn measures_that_can_t_be() {
+    assert_eq!(
+        body_says("measure = \"cubic\""),
+        "scene.toml:5: found measure = \"cubic\" in [[sensor]], expected one of \"plane\", \"cylindrical\", \
+         \"semicylindrical\", \"hemispherical\", \"spherical\""
+    );
+    assert_eq!(
+        body_says("measure = \"plane\""),
+        "scene.toml:1: found [[sensor]] without normal, expected normal = [0, 0, 1]"
+    );
+    assert_eq!(
+        body_says("measure = \"semicylindrical\""),
+        "scene.toml:1: found [[sensor]] without facing, expected facing = [1, 0, 0]"
+    );
+    assert_eq!(
+        body_says("measure = \"semicylindrical\"\nfacing = [1, 0, 1]"),
+        "scene.toml:6: found facing = [1, 0, 1] in [[sensor]], expected a direction at a right angle to the axis; the axis is \
+         normal, [0, 0, 1] if not given; the angle is 45.0000°"
+    );
+    assert_eq!(
+        body_says("measure = \"cylindrical\"\nfacing = [1, 0, 0]"),
+        "scene.toml:6: found facing = [1, 0, 0] in [[sensor]], expected facing beside measure = \"semicylindrical\" only"
+    );
+    assert_eq!(
+        body_says("measure = \"spherical\"\nnormal = [0, 0, 1]"),
+        "scene.toml:6: found normal = [0, 0, 1] in [[sensor]], expected no normal beside measure = \"spherical\""
+    );
+}
+
+/// What a sound scene says that measures a surface with these lines (line 9 on).
+fn surface_says(lines: &str) -> String {
+    says_of(
+        &format!("{MESH}{LAMP}[[surface]]\nname = \"s\"\n{lines}\n"),
+        &OBJ.replace("usemtl", "g desk top\nusemtl"),
+        MTL,
+    )
+}
+
+#[test]
+fn surfaces_that_can_t_be() {
+    assert_eq!(surface_says("group = \"desk\""), "loaded: ");
+    assert_eq!(
+        surface_says(""),
+        "scene.toml:7: found [[surface]] without material or group, expected material or group = \"desk\"; the faces of a \
+         material, of a group or object (g or o) of the OBJ file, or of both"
+    );
+    assert_eq!(
+        surface_says("material = \"flor\""),
+        "scene.toml:9: found unknown material \"flor\", expected one that a mesh has: \"floor\"; did you mean \"floor\"?"
+    );
+    assert_eq!(
+        surface_says("group = \"desktop\""),
+        "scene.toml:9: found unknown group \"desktop\", expected one that a mesh has: \"desk\", \"desk top\", \"top\"; did you \
+         mean \"desk top\"?"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nside = \"top\""),
+        "scene.toml:10: found side = \"top\" in [[surface]], expected one of \"front\", \"back\""
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nspacing = 0"),
+        "scene.toml:10: found spacing = 0 in [[surface]], expected a number above 0, m"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nspacing = 1e-4"),
+        "scene.toml:10: found more than 1000000 samples for surface \"s\": 2 triangles, spacing = 0.0001, expected at most \
+         1000000; a wider spacing, or a part of the mesh: a triangle is one sample at least"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}[[surface]]\nname = \"s\"\nmaterial = \"floor\"\n")),
+        "scene.toml:7: found unknown material \"floor\", expected a [[mesh]] with a material of that name"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\n[[surface]]\nname = \"s\"\nmaterial = \"floor\""),
+        "scene.toml:11: found a second surface named \"s\", expected a name of its own for each; the first is at scene.toml:8"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}[[surface]]\nname = \"s\"\nmaterial = \"floor\"\ngroup = \"other\"\n"),
+            &format!("g desk\n{OBJ}g other\nusemtl steel\nf 1 2 3\n"),
+            &format!("{MTL}newmtl steel\nKd 0.5 0.5 0.5\n"),
+        ),
+        "scene.toml:7: found no face for surface \"s\", expected faces of that material and group, with an area"
+    );
+}
+
+/// What a sound scene says once its plane of 6 m × 7 m and 6 × 7 cells has more lines (line 13 on).
+fn plane_says(lines: &str) -> String {
+    says(&format!("{MESH}{LAMP}{PLANE}{lines}\n"))
+}
+
+#[test]
+fn areas_that_can_t_be() {
+    assert_eq!(
+        plane_says("margin = 3"),
+        "scene.toml:13: found margin = 3 in [[plane]], expected a number from 0 to less than half of the plane's shorter \
+         side, 3 m"
+    );
+    assert_eq!(
+        plane_says("margin = 2.9"),
+        "scene.toml:13: found margin = 2.9 in [[plane]], expected a margin that leaves the centre of a cell"
+    );
+    assert_eq!(
+        plane_says("required = { mean = 500, u0 = 0.6 }"),
+        "scene.toml:13: found unknown key \"u0\" in required of [[plane]], expected one of mean, uniformity"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [1, 1]"),
+        "scene.toml:13: found [[plane.task]] without size, expected size = [1.6, 0.8] (m along and across)"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [5, 1]\nsize = [1.5, 1]"),
+        "scene.toml:16: found size = [1.5, 1] in [[plane.task]], expected a task within the plane of 6 m × 7 m; it ends at \
+         6.5 m, 2 m"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [1, 1]\nsize = [0.4, 0.4]"),
+        "scene.toml:16: found size = [0.4, 0.4] in [[plane.task]], expected a task that holds the centre of a cell; give the \
+         plane more cells"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"d\"\ncorner = [1, 1]\nsize = [1, 1]\nrequired = { uniformity = 2 }"),
+        "scene.toml:17: found uniformity = 2 in required of [[plane.task]], expected a number from 0 to 1"
+    );
+    assert_eq!(
+        plane_says("task = 3"),
+        "scene.toml:13: found task = 3, expected sections that begin with [[plane.task]]"
+    );
+}
+
+#[test]
+fn maintenance_factors_that_can_t_be() {
+    let expected = "expected a number above 0, at most 1 (a clean office: about 0.8)";
+    assert_eq!(
+        says(&format!("maintenance_factor = 80\n{LAMP}{SENSOR}")),
+        format!("scene.toml:1: found maintenance_factor = 80 in the scene file, {expected}")
+    );
+    assert_eq!(
+        luminaire_says("maintenance_factor = 0"),
+        format!("scene.toml:5: found maintenance_factor = 0 in [[luminaire]], {expected}")
+    );
 }

@@ -69,6 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(Error::Usage(format!("{found}; errors are measured on planes")));
     }
     // Nothing is compared there, so no time is spent on them.
+    scene.surfaces.clear();
     scene.sensors.clear();
     scene.cameras.clear();
     let given = reference::given(&arguments.reference, &scene)?;

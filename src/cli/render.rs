@@ -9,7 +9,7 @@ use super::progress::Bar;
 use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::render::{IMAGE_ERROR, Settings, Tree, render};
-use crate::report::{self, ExtraLayers, Results};
+use crate::report::{self, ExtraLayers};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
 
@@ -62,7 +62,7 @@ pub(super) struct Arguments {
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Only this measuring plane, and no camera but those of --camera; repeatable.
+    /// Only this measuring plane or surface, and no camera but those of --camera; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
     /// Only this camera, and no measuring plane but those of --plane; repeatable.
@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
     #[arg(long)]
     groups: bool,
-    /// Exit with code 1 if a sensor misses its target.
+    /// Exit with code 1 if a sensor misses its target, or an area what is required of it.
     #[arg(long)]
     check: bool,
     /// Print the summary as JSON instead of the table.
@@ -147,7 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(if arguments.check && misses_target(&results) { Outcome::Missed } else { Outcome::Done })
+    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
 }
 
 /// Keeps the planes and cameras asked for; all where none is named.
@@ -161,21 +161,24 @@ fn choose(scene: &mut Scene, planes: &[String], cameras: &[String]) -> Result<()
     }
     if !planes.is_empty() || !cameras.is_empty() {
         scene.planes.retain(|plane| planes.contains(&plane.name));
+        scene.surfaces.retain(|surface| planes.contains(&surface.name));
         scene.cameras.retain(|camera| cameras.contains(&camera.name));
     }
     Ok(())
 }
 
-/// Keeps the planes asked for; all where none is named.
+/// Keeps the planes and surfaces asked for; all where none is named.
 pub(super) fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
     if names.is_empty() {
         return Ok(());
     }
-    let known: Vec<&str> = scene.planes.iter().map(|plane| plane.name.as_str()).collect();
+    let planes = scene.planes.iter().map(|plane| plane.name.as_str());
+    let known: Vec<&str> = planes.chain(scene.surfaces.iter().map(|surface| surface.name.as_str())).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         return Err(Error::Usage(format!("--plane: found \"{unknown}\", expected one of {}", known.join(", "))));
     }
     scene.planes.retain(|plane| names.contains(&plane.name));
+    scene.surfaces.retain(|surface| names.contains(&surface.name));
     Ok(())
 }
 
@@ -209,8 +212,4 @@ fn layers(names: &[String]) -> ExtraLayers {
 
 pub(super) fn stem(scene: &Path) -> PathBuf {
     scene.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from)
-}
-
-fn misses_target(results: &Results) -> bool {
-    results.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
 }

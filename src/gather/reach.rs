@@ -54,12 +54,15 @@ impl<'a> Reach<'a> {
         let mut stream = self.seed.stream(point as u64);
         let start = receiver.start(point);
         self.fronts.iter().any(|front| self.sees(start, front, 0.0, [0.5; 2]))
-            || (0..WALKS).any(|_| self.walk_arrives(start, receiver.normal, &mut stream))
+            || (0..WALKS).any(|_| {
+                let direction = receiver.direction(point, stream.uniform_pair());
+                self.walk_arrives(start, direction, &mut stream)
+            })
     }
 
-    /// One walk from a point: it arrives if it comes to see a luminaire, or gets out where light gets out.
-    fn walk_arrives(&self, start: Vec3, normal: Vec3, stream: &mut Stream) -> bool {
-        let (mut origin, mut direction) = (start, stream.cosine_about(normal));
+    /// One walk from a point, at first along `towards`: it arrives if it comes to see a luminaire, or gets out where light gets out.
+    fn walk_arrives(&self, start: Vec3, towards: Vec3, stream: &mut Stream) -> bool {
+        let (mut origin, mut direction) = (start, towards);
         for _ in 0..BOUNCES {
             let choice = (stream.uniform() * self.fronts.len() as f32) as usize;
             let front = &self.fronts[choice.min(self.fronts.len() - 1)];

@@ -15,6 +15,7 @@ use crate::gather::smooth::BATCHES;
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::report::{GroupMap, GroupReading};
+use crate::scene::Measure;
 use crate::scene::plan::Method;
 
 /// Most memory that light groups may take, bytes.
@@ -99,6 +100,16 @@ impl<const C: usize> Rendering<'_, C> {
             ));
         }
         let scene = self.scene;
+        let counted = self.plan.photons && (!self.plan.method.sends_rays() || self.plan.caustics);
+        let body = scene.sensors.iter().find(|sensor| sensor.measure != Measure::Plane);
+        if let (true, Some(sensor)) = (counted, body) {
+            return Err(Error::Usage(format!(
+                "--groups: found sensor {} ({}) where photons are counted, expected method gather or path and no mirror or \
+                 glass, or measure = \"plane\"",
+                sensor.name,
+                sensor.measure.name(),
+            )));
+        }
         let of_points = |points: usize, variances: usize| {
             let layout = self.density_rows(groups.width::<C>(), variances);
             let rows = if variances > 0 { BATCHES } else { 1 };

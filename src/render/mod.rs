@@ -12,6 +12,8 @@ use rayon::prelude::*;
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
+use crate::gather::bodies::direct_on_bodies;
+use crate::gather::counts::Counts;
 use crate::gather::density::{Estimate, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::{DirectLight, direct_light_in_groups};
@@ -25,6 +27,7 @@ use crate::photon::random::Seed;
 use crate::photon::trace::Tally;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
+use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 
@@ -63,7 +66,7 @@ pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
     /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many, a pixel of a camera [`PIXEL_RAYS`] times.
+    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`] times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
@@ -119,7 +122,7 @@ impl Settings {
     }
 }
 
-/// Rays of a sensor for each ray of a grid point.
+/// Rays of a sensor, and of a sample of a surface, for each ray of a grid point.
 pub const SENSOR_RAYS: u32 = 32;
 
 /// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
@@ -218,6 +221,10 @@ struct Place<const C: usize> {
     density: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
+    /// Photons counted where neither rays nor crossings tell their light.
+    counts: Option<Counts<C>>,
+    /// Areas of the points, m²: of a measured surface only.
+    areas: Vec<f64>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
     /// The same by light group.
@@ -318,7 +325,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         result
     }
 
-    /// Every receiver: the planes in the scene's order, then the sensors' with the sensors each serves.
+    /// Every receiver: the planes in the scene's order, the sensors' with the sensors each serves, then the surfaces.
     fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
         let scene = self.scene;
         let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
@@ -333,9 +340,15 @@ impl<'a, const C: usize> Rendering<'a, C> {
             receivers.push((receiver, false));
             sensors.push(served);
         }
+        if let Some((receiver, served)) = Receiver::of_bodies(scene, caster, tolerance) {
+            receivers.push((receiver, false));
+            sensors.push(served);
+        }
+        receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
         let place = |(receiver, on_surface): (Receiver, bool)| {
             let dark = vec![Estimate::DARK; receiver.len()];
             let sampled = self.plan.bounces && self.plan.method.sends_rays();
+            let told_apart = receiver.is_plane() || !receiver.bodies().is_empty();
             Place {
                 on_surface,
                 has_value: vec![true; receiver.len()],
@@ -343,16 +356,25 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 smoother: None,
                 direct: None,
                 samples: sampled.then(|| match &self.groups {
-                    None => Samples::new(receiver.len()),
-                    Some(groups) => Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none()),
+                    Some(groups) if told_apart => {
+                        Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none())
+                    }
+                    _ => Samples::new(receiver.len()),
                 }),
-                groups: self.place_groups(&receiver),
+                groups: if told_apart { self.place_groups(&receiver) } else { None },
+                counts: None,
+                areas: Vec::new(),
                 density: vec![Densities::default(); receiver.len()],
                 bounced: dark,
                 receiver,
             }
         };
-        (receivers.into_iter().map(place).collect(), sensors)
+        let mut places: Vec<Place<C>> = receivers.into_iter().map(place).collect();
+        let first = places.len() - scene.surfaces.len();
+        for (place, surface) in places[first..].iter_mut().zip(&scene.surfaces) {
+            place.areas = surface.samples.iter().map(Sample::area).collect();
+        }
+        (places, sensors)
     }
 
     fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
@@ -362,8 +384,12 @@ impl<'a, const C: usize> Rendering<'a, C> {
             for (index, place) in places.iter_mut().enumerate() {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
                 let advance = |steps| this.progress.advance(steps);
-                let (luminaires, groups) = (&this.scene.luminaires, this.groups.as_ref());
-                let light = direct_light_in_groups(luminaires, &place.receiver, &blockers, seed, advance, groups);
+                let (luminaires, receiver) = (&this.scene.luminaires, &place.receiver);
+                let groups = place.groups.as_ref().and(this.groups.as_ref());
+                let light = match receiver.bodies() {
+                    [] => direct_light_in_groups(luminaires, receiver, &blockers, seed, advance, groups),
+                    bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups),
+                };
                 this.gather_rays += light.rays;
                 place.direct = Some(light);
             }
@@ -384,7 +410,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
                 *has_value =
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
-                if densities {
+                if densities && receiver.is_plane() {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.gather_rays += (FAN * surroundings.len()) as u64;
                 }

@@ -16,12 +16,13 @@ use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
 use crate::gather::camera::{Eye, first_surface};
 use crate::gather::caustics::{CausticMap, Caustics};
+use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
 use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream};
+use crate::photon::random::Seed;
 use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
 use crate::report::CameraImage;
@@ -32,6 +33,9 @@ const ROUNDS: u64 = 4;
 
 /// A patch's size as a part of the mean distance that points look: as fine as their mean over a hemisphere needs.
 const PATCH_SHARE: f64 = 1.0 / 10.0;
+
+/// Radius of the disc about a body in which photons are counted, in largest search radii.
+const DISC_SHARE: f32 = 0.2;
 
 /// What rays of a point look at before patches are cut: tells how far they look.
 const SCOUTS: u64 = 4096;
@@ -73,14 +77,14 @@ impl<const C: usize> Rendering<'_, C> {
                 }
                 let claim = match places {
                     [] => views.iter().map(View::claim).fold(0.0, f64::max),
-                    _ => worst_of(places, self.scene.planes.len(), Cell::of),
+                    _ => worst_of(places, Cell::of),
                 };
                 self.progress.pass(self.passes, 100.0 * claim);
                 let Some(target) = self.settings.error.map(|percent| percent / 100.0) else { return };
                 if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
                     return;
                 }
-                let floor = worst_of(places, self.scene.planes.len(), Cell::of_direct);
+                let floor = worst_of(places, Cell::of_direct);
                 if floor > target {
                     self.warnings.push(format!(
                         "--error {}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
@@ -119,9 +123,13 @@ impl<const C: usize> Rendering<'_, C> {
             let (mut light, mut by_group) = (None, None);
             let mut caustics = Caustics::default();
             if let Some(tracer) = &engine.tracer {
-                let caught = self.timed("trace photons", tracer.photons(), |this| {
-                    this.trace(tracer, engine.grid.as_ref(), places, round)
-                });
+                let caught =
+                    self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, places, round));
+                for met in &caught.met {
+                    if let Some(counts) = &mut places[met.receiver as usize].counts {
+                        counts.add(met);
+                    }
+                }
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
                 crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
@@ -192,31 +200,42 @@ impl<const C: usize> Rendering<'_, C> {
     fn trace<'p>(
         &self,
         tracer: &Tracer<'_, C>,
-        grid: Option<&'p PatchGrid>,
+        engine: &'p Engine<'_, C>,
         places: &[Place<C>],
         round: u64,
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
         let sources = self.groups.is_some();
+        let count = |keep| CountRecorder::new(&engine.watched, &self.scene.mesh, keep);
         let mut caught = Caught::default();
-        match (self.plan.method, grid) {
+        match (self.plan.method, &engine.grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
                 let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
-                let record = || (PatchRecorder::new(grid).with_sources(sources), caustics());
-                let (patches, crossings) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                let others = || (caustics(), count(Keep::Caustics));
+                let record = || (PatchRecorder::new(grid).with_sources(sources), others());
+                let records = self.record(tracer, round, record, &mut caught);
+                let (patches, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (crossings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
                 (caught.patches, caught.crossings) = (patches, CrossingRecorder::merge(crossings));
             }
             (Method::Seed, _) => {
-                let record = || (CrossingRecorder::new(&receivers, Keep::All), LandingRecorder::new());
-                let (crossings, landings) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                let others = || (LandingRecorder::new(), count(Keep::All));
+                let record = || (CrossingRecorder::new(&receivers, Keep::All), others());
+                let records = self.record(tracer, round, record, &mut caught);
+                let (crossings, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (landings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
                 (caught.crossings, caught.landings) =
                     (CrossingRecorder::merge(crossings), LandingRecorder::merge(landings));
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let record = || CrossingRecorder::new(&receivers, keep).with_sources(sources);
-                caught.crossings = CrossingRecorder::merge(self.record(tracer, round, record, &mut caught));
+                let record = || (CrossingRecorder::new(&receivers, keep).with_sources(sources), count(keep));
+                let (crossings, met) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
+                caught.crossings = CrossingRecorder::merge(crossings);
             }
         }
         caught
@@ -250,15 +269,15 @@ impl<const C: usize> Rendering<'_, C> {
         place: &mut Place<C>,
         round: u64,
     ) {
-        let Place { receiver, has_value, samples: Some(samples), .. } = place else { return };
-        let of_sensors = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
-        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * of_sensors;
+        let Place { receiver, has_value, samples: Some(samples), groups: told_apart, .. } = place else { return };
+        let alone = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
+        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * alone;
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
         let look = Look { sight, records, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
-        match &self.groups {
-            None => samples.add(round, count, |point| look.from(point, &mut ())),
-            Some(groups) => samples
+        match (&self.groups, told_apart) {
+            (Some(groups), Some(_)) => samples
                 .add_in_groups(round, count, |point, row| look.from(point, &mut ToGroups { groups, patches, row })),
+            _ => samples.add(round, count, |point| look.from(point, &mut ())),
         }
         self.gather_rays += look.rays.into_inner();
         self.progress.advance(receiver.len() as u64);
@@ -281,7 +300,7 @@ impl<const C: usize> Rendering<'_, C> {
         });
         let points = places.iter().map(|place| place.receiver.len() as u64).sum();
         self.timed("gather", points, |this| {
-            for (place, maps) in places.iter_mut().zip(&maps) {
+            for (place, maps) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane()) {
                 this.densities(place, maps, &surfaces, searches);
             }
         });
@@ -399,7 +418,7 @@ impl<const C: usize> Rendering<'_, C> {
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
         self.timed("smooth", 1, |_| {
             for place in places {
-                let Place { receiver, has_value, smoother, density, samples, bounced, groups, .. } = place;
+                let Place { receiver, has_value, smoother, density, samples, counts, bounced, groups, .. } = place;
                 let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
                 let listen = groups.is_some();
                 let mean = |sum: &Estimate<C>| Estimate {
@@ -418,6 +437,9 @@ impl<const C: usize> Rendering<'_, C> {
                 *bounced = best(|sums| &sums.sharp, &mut sharp_scales);
                 let smooth = best(|sums| &sums.smooth, &mut smooth_scales);
                 bounced.iter_mut().zip(smooth).for_each(|(sum, found)| sum.add(&found));
+                if let Some(counts) = counts {
+                    (0..).zip(bounced.iter_mut()).for_each(|(point, sum)| sum.add(&counts.estimate(point, passes)));
+                }
                 if let Some(samples) = samples {
                     let found = match smoother {
                         Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
@@ -458,7 +480,7 @@ impl<const C: usize> Look<'_, C> {
         let shift = stream.uniform_pair();
         let mut cast = 0;
         for ray in 0..self.count {
-            let direction = Stream::cosine_at(self.receiver.normal, low_discrepancy(ray, shift));
+            let direction = self.receiver.direction(point, low_discrepancy(ray, shift));
             let found = self.sight.incoming_from(start, direction, self.records, &mut stream, &mut cast, origins);
             (0..C).for_each(|c| sum[c] += found[c]);
         }
@@ -467,21 +489,23 @@ impl<const C: usize> Look<'_, C> {
     }
 }
 
-/// Claimed standard error of the worst map, relative to its mean; of the worst sensor where there is no map.
-fn worst_of<const C: usize>(places: &[Place<C>], maps: usize, cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
+/// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
+/// map.
+fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
     let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
-        let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
+        let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);
         for point in points.filter(|&point| place.has_value[point]) {
-            let cell = cell(place, point);
-            sum += photometric(cell.value);
-            variance += cell.variance;
-            count += 1.0;
+            let (cell, weight) = (cell(place, point), place.areas.get(point).copied().unwrap_or(1.0));
+            sum += weight * photometric(cell.value);
+            variance += weight * cell.variance;
+            whole += weight;
         }
-        if sum > 0.0 { (variance * count).sqrt() / sum } else { 0.0 }
+        if sum > 0.0 { (variance * whole).sqrt() / sum } else { 0.0 }
     };
-    let claims = places.iter().take(maps).map(|place| of_points(place, &mut (0..place.receiver.len())));
-    if maps > 0 {
-        return claims.fold(0.0, f64::max);
+    let is_map = |place: &&Place<C>| place.receiver.grid.is_some() || !place.areas.is_empty();
+    if places.iter().any(|place| is_map(&place)) {
+        let maps = places.iter().filter(is_map);
+        return maps.map(|place| of_points(place, &mut (0..place.receiver.len()))).fold(0.0, f64::max);
     }
     let sensors = places.iter().flat_map(|place| (0..place.receiver.len()).map(move |point| (place, point)));
     sensors.map(|(place, point)| of_points(place, &mut std::iter::once(point))).fold(0.0, f64::max)
@@ -493,10 +517,12 @@ struct Engine<'a, const C: usize> {
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
+    /// What photons are counted for at each receiver.
+    watched: Vec<Watched<'a>>,
 }
 
 impl<'a, const C: usize> Engine<'a, C> {
-    fn new(run: &Rendering<'a, C>, places: &[Place<C>], caster: &'a RayCaster) -> Self {
+    fn new(run: &Rendering<'a, C>, places: &mut [Place<C>], caster: &'a RayCaster) -> Self {
         let (scene, method) = (run.scene, run.plan.method);
         let rounds = run.rounds();
         let photons = run.settings.photons.div_ceil(rounds);
@@ -509,8 +535,34 @@ impl<'a, const C: usize> Engine<'a, C> {
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
-        Self { caster, tracer, sight, grid }
+        Self { caster, tracer, sight, grid, watched: watched(run, places, caster) }
     }
+}
+
+/// What photons are to be counted for at each receiver, with counts made ready for it.
+fn watched<'a, const C: usize>(
+    run: &Rendering<'a, C>,
+    places: &mut [Place<C>],
+    caster: &RayCaster,
+) -> Vec<Watched<'a>> {
+    let counted = run.plan.photons && (!run.plan.method.sends_rays() || run.plan.caustics);
+    if !counted || places.iter().all(|place| place.receiver.is_plane()) {
+        return Vec::new();
+    }
+    let first = places.len() - run.scene.surfaces.len();
+    let of = |(index, place): (usize, &mut Place<C>)| {
+        let watched = match (place.receiver.bodies(), index.checked_sub(first)) {
+            ([], None) => return Watched::Nothing,
+            ([], Some(surface)) => Watched::Surface(&run.scene.surfaces[surface]),
+            _ => {
+                let (radius, floor) = (DISC_SHARE * run.searches.smooth.radius, run.searches.smooth.floor);
+                Watched::bodies(&place.receiver, radius, floor, caster)
+            }
+        };
+        place.counts = Some(Counts::new(watched.areas()));
+        watched
+    };
+    places.iter_mut().enumerate().map(of).collect()
 }
 
 /// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
@@ -530,18 +582,18 @@ fn mean_sight<const C: usize>(
         let start = if let Some(place) = places.get(from) {
             let points = place.receiver.len();
             let point = ((f64::from(stream.uniform()) * points as f64) as usize).min(points - 1);
-            place.has_value[point].then(|| (place.receiver.start(point), place.receiver.normal))
+            let direction = place.receiver.direction(point, stream.uniform_pair());
+            place.has_value[point].then(|| (place.receiver.start(point), direction))
         } else {
             let camera = &cameras[from - places.len()];
             let at = [0, 1].map(|axis| f64::from(stream.uniform()) * camera.pixels[axis] as f64);
             let (eye, direction) = (camera.eye.as_vec3(), camera.direction(at).as_vec3());
             sight.and_then(|sight| first_surface(sight, caster, eye, direction)).map(|(hit, direction)| {
                 let normal = if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
-                (hit.leave(normal), normal)
+                (hit.leave(normal), stream.cosine_about(normal))
             })
         };
-        let hit =
-            start.and_then(|(start, normal)| caster.closest_hit(start, stream.cosine_about(normal), f32::INFINITY));
+        let hit = start.and_then(|(start, direction)| caster.closest_hit(start, direction, f32::INFINITY));
         if let Some(hit) = hit {
             sum += f64::from(hit.distance);
             count += 1.0;
@@ -556,6 +608,7 @@ struct Caught<'p, const C: usize> {
     landings: Photons<C>,
     caustics: Caustics<C>,
     patches: Vec<PatchRecorder<'p, C>>,
+    met: Vec<Met<C>>,
     flux: Tally<C>,
 }
 
@@ -566,6 +619,7 @@ impl<const C: usize> Default for Caught<'_, C> {
             landings: Photons::default(),
             caustics: Caustics::default(),
             patches: Vec::new(),
+            met: Vec::new(),
             flux: Tally::default(),
         }
     }

@@ -9,9 +9,9 @@ use crate::gather::direct::DirectLight;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
-use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading};
+use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::plan::Method;
-use crate::scene::{MeasuringPlane, PlaneKind, Scene};
+use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
 use crate::units::Lumens;
 
 impl<const C: usize> Rendering<'_, C> {
@@ -47,6 +47,28 @@ impl<const C: usize> Rendering<'_, C> {
                 ));
             }
         }
+        let first = places.len() - self.scene.surfaces.len();
+        for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
+            if place.has_value.iter().all(|has_value| !has_value) {
+                self.warnings.push(format!(
+                    "surface \"{}\": no light can arrive at any sample; side = \"front\" is the one from which vertices run \
+                     counter-clockwise, and some luminaire has to shine into the same space",
+                    surface.name
+                ));
+            }
+            let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let unmet = (0..surface.samples.len()).filter(unmet).count();
+            if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+                self.warnings.push(format!(
+                    "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0 ± 0; \
+                     expected more photons or a wider spacing",
+                    surface.name,
+                    surface.samples.len(),
+                ));
+            }
+        }
+        let coarse: Vec<String> = self.scene.planes.iter().flat_map(areas::too_coarse).collect();
+        self.warnings.extend(coarse);
         if self.plan.method == Method::Path && self.plan.caustics {
             let point = |luminaire: &Luminaire| matches!(luminaire.opening, Opening::Point { .. });
             self.warnings.push(if self.scene.luminaires.iter().any(point) {
@@ -85,6 +107,8 @@ impl<const C: usize> Rendering<'_, C> {
         let flux = self.mean_balance();
         let scene = self.scene;
         let maps = scene.planes.iter().zip(places).map(|(plane, place)| self.map(plane, place)).collect();
+        let surfaces = scene.surfaces.iter().zip(&places[scene.planes.len() + sensors.len()..]);
+        let surfaces = surfaces.map(|(surface, place)| self.surface(surface, place)).collect();
         let mut readings: Vec<(usize, SensorReading)> = places[scene.planes.len()..]
             .iter()
             .zip(sensors)
@@ -121,9 +145,10 @@ impl<const C: usize> Rendering<'_, C> {
             triangles: scene.mesh.triangles.len(),
             luminaires: scene.luminaires.len(),
             groups: self.group_names().to_vec(),
+            maintenance_factor: scene.maintenance_factor,
             warnings: self.warnings.clone(),
         };
-        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), images }
+        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), surfaces, images }
     }
 
     /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
@@ -139,7 +164,7 @@ impl<const C: usize> Rendering<'_, C> {
     fn map(&self, plane: &MeasuringPlane, place: &Place<C>) -> IlluminanceMap {
         let cells: Vec<Cell<C>> = (0..plane.len()).map(|point| Cell::of(place, point)).collect();
         let origin = plane.corner + self.scene.centre;
-        IlluminanceMap {
+        let mut map = IlluminanceMap {
             name: plane.name.clone(),
             corner: origin,
             along: plane.along,
@@ -152,6 +177,23 @@ impl<const C: usize> Rendering<'_, C> {
             has_value: place.has_value.clone(),
             outlines: outlines(self.scene, plane),
             groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
+            areas: Vec::new(),
+        };
+        map.areas = areas::figures(&plane.areas, &map);
+        map
+    }
+
+    fn surface(&self, surface: &MeasuredSurface, place: &Place<C>) -> SurfaceMap {
+        let cells: Vec<Cell<C>> = (0..place.receiver.len()).map(|point| Cell::of(place, point)).collect();
+        let world = |corner| corner + self.scene.centre;
+        SurfaceMap {
+            name: surface.name.clone(),
+            spacing: surface.spacing,
+            corners: surface.samples.iter().map(|sample| sample.corners.map(world)).collect(),
+            illuminance: cells.iter().map(|cell| photometric(cell.value)).collect(),
+            rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
+            standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
+            has_value: place.has_value.clone(),
         }
     }
 
@@ -162,6 +204,7 @@ impl<const C: usize> Rendering<'_, C> {
             name: sensor.name.clone(),
             position: sensor.position + self.scene.centre,
             normal: sensor.normal,
+            measure: sensor.measure,
             illuminance: photometric(cell.value),
             rgb: self.plan.coloured.then(|| cell.rgb()),
             standard_error: cell.variance.sqrt(),

@@ -6,8 +6,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::table::method;
-use crate::report::{CameraImage, IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::table::{maintained, method};
+use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
 /// Looks of the page.
@@ -22,7 +22,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
         results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
     let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
     let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
+        format!("<header>\n<h1>{title}</h1>\n<p>{}{}</p>\n</header>\n", escape(&method(run)), maintained(run)),
         warnings(&run.warnings),
         overview(results),
         planes,
@@ -32,6 +32,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
             .enumerate()
             .map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[])))
             .collect(),
+        surfaces(results),
         sensors(results),
         groups(results),
         flux_balance(run),
@@ -86,7 +87,73 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
         let alt = format!("Illuminance on {name} in false colours, with isolux lines");
         format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
     });
-    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n", figures(map)))
+    section(
+        &format!("Plane “{name}”"),
+        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)),
+    )
+}
+
+/// Areas of a plane that have figures of their own.
+fn areas(map: &IlluminanceMap) -> String {
+    if map.areas.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0, ud] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>", "U<sub>d</sub>"];
+    table(["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""], map.areas.iter().map(area))
+}
+
+/// An area's line.
+fn area(area: &AreaFigures) -> [String; 9] {
+    let found = &area.figures;
+    let known = |text: String| if found.cells > 0 { text } else { "–".into() };
+    [
+        escape(&area.title()),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(format!("{:.2}", found.diversity)),
+        found.cells.to_string(),
+        area.required_in_words(),
+        verdict(area.meets_required()),
+    ]
+}
+
+/// All measured surfaces in one table.
+fn surfaces(results: &Results) -> String {
+    if results.surfaces.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
+    let head = ["Surface", "Ē, lx", min, max, u0, "Standard error of a sample, lx", "Area, m²", "Flux, lm", "Samples"];
+    let note = "<p>Figures weigh each sample by its area. Values are in the surface’s CSV and PLY files.</p>\n";
+    section("Surfaces", &(table(head, results.surfaces.iter().map(surface)) + note))
+}
+
+/// A surface's line.
+fn surface(map: &SurfaceMap) -> [String; 9] {
+    let found = map.figures();
+    let known = |text: String| if found.samples > 0 { text } else { "–".into() };
+    [
+        escape(&map.name),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(short(found.mean_standard_error.0)),
+        known(short(found.area)),
+        known(short(found.flux.0)),
+        format!("{}, {} without a value", count(map.corners.len() as u64), found.samples_without_value),
+    ]
+}
+
+/// Whether something required is reached.
+fn verdict(met: Option<bool>) -> String {
+    match met {
+        Some(true) => "<span class=\"met\">✓ met</span>".into(),
+        Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
+        None => String::new(),
+    }
 }
 
 /// Pictures and figures of a camera.
@@ -159,16 +226,12 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     let at = sensor.position;
     [
-        escape(&sensor.name),
+        escape(&sensor.title()),
         format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)),
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
-        match sensor.meets_target() {
-            Some(true) => "<span class=\"met\">✓ met</span>".into(),
-            Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
-            None => String::new(),
-        },
+        verdict(sensor.meets_target()),
     ]
 }
 
@@ -224,7 +287,13 @@ fn computation(run: &Run) -> String {
         0 => "unknown".to_owned(),
         bytes => format!("{} MB", short(bytes as f64 / 1e6)),
     };
+    let factor = match run.maintenance_factor {
+        None => "none: illuminance of the new installation".to_owned(),
+        Some([least, most]) if least == most => least.to_string(),
+        Some([least, most]) => format!("{least} to {most}, by luminaire"),
+    };
     let facts = [
+        ("Maintenance factor", factor),
         ("Method", escape(&run.method)),
         ("Photons emitted", count(run.photons_emitted)),
         ("Photons stored", count(run.photons_stored)),

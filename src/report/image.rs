@@ -110,6 +110,7 @@ impl CameraImage {
             illuminance: order().map(|pixel| self.illuminance.photometric(pixel) / covered(pixel)).collect(),
             rgb: None,
             groups: Vec::new(),
+            areas: Vec::new(),
             direct: None,
             standard_error: order().map(|pixel| f64::from(self.standard_error[pixel]) / covered(pixel)).collect(),
             has_value: order().map(|pixel| self.coverage[pixel] > 0.0).collect(),

@@ -4,6 +4,7 @@
 //! Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program (EXR, CSV,
 //! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
 
+pub mod areas;
 pub mod convergence;
 pub mod csv;
 pub mod exr;
@@ -17,6 +18,7 @@ pub(crate) mod number;
 mod plot;
 pub mod png;
 pub mod statistics;
+pub mod surface;
 pub mod table;
 pub mod trees;
 
@@ -27,11 +29,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::scene::Measure;
 use crate::units::Lumens;
+pub use areas::AreaFigures;
 pub use exr::ExtraLayers;
 pub use file::{stems, stems_with_cameras};
 pub use image::{CameraImage, Layer};
 pub use statistics::{Statistics, statistics};
+pub use surface::SurfaceMap;
 
 /// Everything a run found, ready to be written.
 #[derive(Clone, Debug)]
@@ -44,6 +49,8 @@ pub struct Results {
     pub sensors: Vec<SensorReading>,
     /// One image for each camera.
     pub images: Vec<CameraImage>,
+    /// One map for each measured surface.
+    pub surfaces: Vec<SurfaceMap>,
 }
 
 /// Illuminance over one measuring plane. Cells are row by row from `corner`; world coordinates.
@@ -71,6 +78,8 @@ pub struct IlluminanceMap {
     pub has_value: Vec<bool>,
     /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// Figures of parts of the plane, where the scene asks for some.
+    pub areas: Vec<AreaFigures>,
     /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up to
     /// E, and a part may read a little below 0.
     pub groups: Vec<GroupMap>,
@@ -101,8 +110,10 @@ pub struct SensorReading {
     pub name: String,
     /// World position, m.
     pub position: DVec3,
-    /// Unit normal of the measured side.
+    /// Unit normal of the measured side; the axis of a measured body.
     pub normal: DVec3,
+    /// What E is the mean over.
+    pub measure: Measure,
     /// E, lx.
     pub illuminance: f64,
     /// E of each channel, lx; only in coloured scenes.
@@ -164,6 +175,8 @@ pub struct Run {
     pub luminaires: usize,
     /// Names of the light groups, where they are told apart.
     pub groups: Vec<String>,
+    /// Smallest and largest maintenance factor in the luminaires' flux; `None` where the scene gives none.
+    pub maintenance_factor: Option<[f64; 2]>,
     /// What the user ought to know.
     pub warnings: Vec<String>,
 }
@@ -192,17 +205,19 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
-/// plane, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png` (false colours) for each camera, `sensors.csv` where the scene
-/// has sensors, `groups.csv` where their light groups are told apart, `summary.json` and `report.html`.
+/// plane, `<surface>.ply` and `.csv` for each measured surface, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png` (false
+/// colours) for each camera, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart,
+/// `summary.json` and `report.html`.
 ///
 /// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
-/// paths in the order they were written. Planes and cameras get their file names from [`stems_with_cameras`].
+/// paths in the order they were written. Planes, surfaces and cameras get their file names from [`stems_with_cameras`].
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.
 pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
     prepare(folder)?;
-    let names: Vec<_> = results.maps.iter().map(|map| map.name.as_str()).collect();
+    let planes = results.maps.iter().map(|map| map.name.as_str());
+    let names: Vec<_> = planes.chain(results.surfaces.iter().map(|map| map.name.as_str())).collect();
     let views: Vec<_> = results.images.iter().map(|image| image.name.as_str()).collect();
     let (stems, view_stems) = stems_with_cameras(&names, &views);
     let of_planes: Vec<(Vec<PathBuf>, Vec<u8>)> = results
@@ -227,6 +242,10 @@ pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<V
         written.push(path);
         Ok::<(), Error>(())
     };
+    for (map, stem) in results.surfaces.iter().zip(&stems[results.maps.len()..]) {
+        save(&format!("{stem}.ply"), &mut |out| surface::write_ply(map, out))?;
+        save(&format!("{stem}.csv"), &mut |out| surface::write_csv(map, out))?;
+    }
     if !results.sensors.is_empty() {
         save("sensors.csv", &mut |out| csv::write_sensors(&results.sensors, out))?;
     }
@@ -344,10 +363,27 @@ impl GroupMap {
     }
 }
 
+impl Results {
+    /// Whether a sensor misses its target, or an area what is required of it.
+    pub fn misses_target(&self) -> bool {
+        let areas = self.maps.iter().flat_map(|map| &map.areas);
+        self.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
+            || areas.into_iter().any(|area| area.meets_required() == Some(false))
+    }
+}
+
 impl SensorReading {
     /// Whether E reaches the target; `None` without a target. A sensor where no light can arrive misses it.
     pub fn meets_target(&self) -> Option<bool> {
         self.target.map(|target| self.has_value && self.illuminance >= target)
+    }
+
+    /// Its name, with what it measures if that isn't a flat cell.
+    pub(crate) fn title(&self) -> String {
+        match self.measure {
+            Measure::Plane => self.name.clone(),
+            measure => format!("{}, {}", self.name, measure.name()),
+        }
     }
 }
 

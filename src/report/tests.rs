@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
+use crate::scene::Measure;
 use crate::units::Lux;
 use crate::units::luminance;
 use glam::dvec3;
@@ -25,6 +26,7 @@ fn map(name: &str, cells: [usize; 2], value: impl Fn(usize, usize) -> f64) -> Il
         has_value: values.iter().map(|e| !e.is_nan()).collect(),
         outlines: vec![vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]]],
         groups: Vec::new(),
+        areas: vec![],
     }
 }
 
@@ -53,6 +55,7 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         name: "desk, left".into(),
         position: dvec3(1.0e6 + 0.1, 0.2, 0.75),
         normal: DVec3::Z,
+        measure: Measure::Plane,
         illuminance: 499.9,
         rgb: None,
         standard_error: 1.25,
@@ -188,7 +191,7 @@ fn a_value_that_is_not_finite_is_refused_by_name_and_leaves_nothing() {
         let folder = Folder::new();
         let mut map = map("floor", [3, 2], |_, _| 1.0);
         map.illuminance[4] = bad;
-        let results = Results { run: run(), maps: vec![map], sensors: vec![], images: vec![] };
+        let results = Results { run: run(), maps: vec![map], sensors: vec![], surfaces: vec![], images: vec![] };
         let message = write(&results, &folder.0, &ExtraLayers::default()).unwrap_err().to_string();
         assert!(message.contains("E of cell 1, row 1 of \"floor\""), "{message}");
         assert!(folder.names().is_empty());
@@ -269,8 +272,13 @@ fn a_sensor_in_the_dark_misses_its_target() {
 #[test]
 fn the_summary_is_json_with_units_in_its_keys_and_null_for_nothing() {
     let maps = vec![map("floor", [2, 1], |x, _| [100.0, 300.0][x]), map("none", [1, 1], |_, _| f64::NAN)];
-    let results =
-        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true), sensor(None, false)], images: vec![] };
+    let results = Results {
+        run: run(),
+        maps,
+        sensors: vec![sensor(Some(500.0), true), sensor(None, false)],
+        surfaces: vec![],
+        images: vec![],
+    };
     let text = json::summary(&results);
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(summary["planes"][0]["mean_lx"], 200.0);
@@ -286,7 +294,8 @@ fn the_summary_is_json_with_units_in_its_keys_and_null_for_nothing() {
 #[test]
 fn the_table_aligns_and_balances() {
     let maps = vec![map("floor", [2, 1], |x, _| [100.0, 300.0][x]), map("dark room", [1, 1], |_, _| f64::NAN)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], images: vec![] };
+    let results =
+        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], surfaces: vec![], images: vec![] };
     let text = table::table(&results);
     let head = "plane      Ē, lx  E_min, lx  E_max, lx    U₀   U_d  mean σ, lx  mean σ, %  cells";
     let floor = "floor        200        100        300  0.50  0.33           2          1  2 × 1";
@@ -299,7 +308,8 @@ fn the_table_aligns_and_balances() {
 #[test]
 fn the_page_needs_nothing_else_and_shows_names_as_they_are() {
     let maps = vec![map("<script>alert(1)</script>", [3, 3], |x, _| x as f64)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], images: vec![] };
+    let results =
+        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], surfaces: vec![], images: vec![] };
     let page = html::report(&results, &[b"png".to_vec()]);
     assert!(!page.contains("<script") && page.contains("&lt;script&gt;"));
     assert!(!page.contains("http:") && !page.contains("https:"));
@@ -312,7 +322,7 @@ fn everything_is_written_under_safe_names_and_nothing_else() {
     let folder = Folder::new();
     let inner = folder.0.join("made/on the way");
     let maps = ["../x", "x", "sensors"].map(|name| map(name, [3, 3], |x, y| (x + y) as f64)).to_vec();
-    let results = Results { run: run(), maps, sensors: vec![sensor(None, true)], images: vec![] };
+    let results = Results { run: run(), maps, sensors: vec![sensor(None, true)], surfaces: vec![], images: vec![] };
     let written = write(&results, &inner, &ExtraLayers::default()).unwrap();
     assert_eq!(write(&results, &inner, &ExtraLayers::default()).unwrap(), written, "again, over the old files");
     let mut names: Vec<_> = written.iter().map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect();
@@ -327,7 +337,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     let folder = Folder::new();
     let file = folder.0.join("file");
     std::fs::write(&file, "").unwrap();
-    let results = Results { run: run(), maps: vec![], sensors: vec![], images: vec![] };
+    let results = Results { run: run(), maps: vec![], sensors: vec![], surfaces: vec![], images: vec![] };
     let error = write(&results, &file.join("out"), &ExtraLayers::default()).unwrap_err();
     assert!(matches!(error, Error::Write { path, .. } if path == file.join("out")));
 }

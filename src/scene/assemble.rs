@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use sha2::{Digest, Sha256};
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
@@ -60,10 +62,11 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
     let centre = bounds.centre();
 
-    let mut parts = Parts { centre, ..Default::default() };
+    let chosen = vec![Vec::new(); file.surfaces.len()];
+    let mut parts = Parts { centre, chosen, ..Default::default() };
     let mut emitters = Vec::new();
     for mesh in &meshes {
-        parts.add_mesh(mesh, &mut emitters, &mut reader.warnings);
+        parts.add_mesh(mesh, &file.surfaces, &mut emitters, &mut reader.warnings);
     }
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
     // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along the
@@ -77,7 +80,12 @@ fn load(path: &Path) -> Result<Scene, InputError> {
             parts.luminaires.push(fixture.luminaire(body));
         }
     }
+    let fixtures_shine = parts.luminaires.len();
     parts.add_emitters(emitters);
+    for luminaire in &mut parts.luminaires[fixtures_shine..] {
+        luminaire.flux.0 *= file.maintenance.unwrap_or(1.0);
+    }
+    let maintenance_factor = maintenance(&file, &fixtures, parts.luminaires.len() > fixtures_shine);
     if parts.luminaires.is_empty() {
         let found = if file.luminaires.is_empty() { "nothing that shines" } else { "every luminaire dimmed to 0" };
         let expected = "a [[luminaire]], or a material with Ke in an MTL file";
@@ -88,6 +96,8 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         warn_of_outsiders(&bounds, &file, &fixtures, &mut warnings);
     }
 
+    let surfaces = file.surfaces.iter().zip(&parts.chosen);
+    let surfaces = surfaces.map(|(section, chosen)| section.measured(chosen, &parts.mesh)).collect::<Result<_, _>>()?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut scene = Scene {
         name: file.name.unwrap_or(stem),
@@ -100,6 +110,8 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         planes: file.planes,
         sensors: file.sensors,
         cameras: file.cameras,
+        surfaces,
+        maintenance_factor,
         render: file.render,
         warnings,
     };
@@ -107,6 +119,15 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     scene.sensors.iter_mut().for_each(|sensor| sensor.position -= centre);
     scene.cameras.iter_mut().for_each(|camera| camera.eye -= centre);
     Ok(scene)
+}
+
+/// Smallest and largest maintenance factor of what shines, if any is given.
+fn maintenance(file: &SceneFile, fixtures: &[Fixture], meshes_shine: bool) -> Option<[f64; 2]> {
+    let own = fixtures.iter().map(|fixture| fixture.section).filter(|section| section.dimming > 0.0);
+    let given = file.maintenance.is_some() || own.clone().any(|section| section.maintenance.is_some());
+    let common = file.maintenance.unwrap_or(1.0);
+    let all = own.map(|section| section.maintenance.unwrap_or(common)).chain(meshes_shine.then_some(common));
+    given.then(|| all.fold([f64::INFINITY, 0.0_f64], |[least, most], factor| [least.min(factor), most.max(factor)]))
 }
 
 /// The box around all that stands or shines; around the measuring points and cameras too, where there is no mesh.
@@ -121,7 +142,7 @@ fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) ->
             Bounds::around(shining.chain(planes).chain(sensors).chain(eyes))
         }
     };
-    bounds.expect("a scene has a plane, a sensor or a camera")
+    bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
 }
 
 fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
@@ -136,6 +157,7 @@ struct PlacedMesh {
     triangles: Vec<[u32; 3]>,
     material_of: Vec<u32>,
     surfaces: Vec<Surface>,
+    groups: Groups,
 }
 
 /// Reads files, and remembers what they were.
@@ -173,7 +195,8 @@ impl Reader {
     /// Every mesh of the scene, in world coordinates.
     fn meshes(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<PlacedMesh>, InputError> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut known = BTreeSet::new();
+        let (mut known, mut groups) = (BTreeSet::new(), BTreeSet::new());
+        let asked = measured::groups_asked(&file.surfaces);
         let mut objs = Vec::new();
         for section in &file.meshes {
             let obj_path = folder.join(&section.file.value);
@@ -182,14 +205,16 @@ impl Reader {
                 let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
                 error.hint("its path starts from the scene file's folder")
             })?;
-            let obj = Obj::parse(&obj_path, &bytes, section.placement.metres_per_unit)?;
+            let obj = Obj::parse(&obj_path, &bytes, section.placement.metres_per_unit, &asked)?;
             let library = self.library(&obj_path, &obj.libraries)?;
             known.extend(obj.named.iter().cloned());
             known.extend(obj.materials.iter().map(|material| material.value.clone()));
             known.extend(library.materials.keys().cloned());
+            groups.extend(obj.groups.named.iter().cloned());
             objs.push((section, obj_path, obj, library));
         }
         check_names(&file.materials, &known)?;
+        measured::check_names(&file.surfaces, &known, &groups)?;
         let sections: HashMap<&str, &MaterialSection> = file.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         objs.into_iter()
             .map(|(section, path, obj, library)| self.place(section, path, obj, &library, &sections))
@@ -205,15 +230,16 @@ impl Reader {
                 Spread::Isotropic => (LampSpread::Isotropic, Shape::Point, 0.0),
                 Spread::Lambertian => (LampSpread::Lambertian, Shape::Point, 0.0),
                 Spread::File(named) => {
-                    let file = folder.join(&named.value);
-                    if !known.contains_key(&file) {
-                        known.insert(file.clone(), self.photometry(&file, named)?);
+                    let path = folder.join(&named.value);
+                    if !known.contains_key(&path) {
+                        known.insert(path.clone(), self.photometry(&path, named)?);
                     }
-                    let (web, shape) = &known[&file];
+                    let (web, shape) = &known[&path];
                     (LampSpread::Web(Arc::clone(web)), *shape, web.flux())
                 }
             };
-            let flux = section.flux.unwrap_or(flux) * section.dimming;
+            let maintained = section.maintenance.or(file.maintenance).unwrap_or(1.0);
+            let flux = section.flux.unwrap_or(flux) * section.dimming * maintained;
             Ok(Lamp { shape: section.shape.unwrap_or(shape), spread, flux })
         };
         file.luminaires.iter().map(&mut lamp).collect()
@@ -309,7 +335,8 @@ impl Reader {
         }
         let transform = section.placement.transform();
         let vertices = obj.vertices.into_iter().map(transform).collect();
-        Ok(PlacedMesh { path, vertices, triangles: obj.triangles, material_of: obj.material_of, surfaces })
+        let Obj { triangles, material_of, groups, .. } = obj;
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
     }
 }
 
@@ -383,6 +410,8 @@ struct Parts {
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
+    /// Triangles of each measured surface.
+    chosen: Vec<Vec<u32>>,
 }
 
 /// Faces of one mesh that emit.
@@ -410,14 +439,24 @@ impl Parts {
         first
     }
 
-    fn add_mesh(&mut self, mesh: &PlacedMesh, emitters: &mut Vec<Emitter>, warnings: &mut Vec<String>) {
+    fn add_mesh(
+        &mut self,
+        mesh: &PlacedMesh,
+        measured: &[SurfaceSection],
+        emitters: &mut Vec<Emitter>,
+        warnings: &mut Vec<String>,
+    ) {
         let centre = self.centre;
         let first = self.add_vertices(mesh.vertices.iter().map(|&vertex| vertex - centre));
         let numbers: Vec<u32> =
             mesh.surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
         let mut shining: Vec<Option<Emitter>> = mesh.surfaces.iter().map(Emitter::of).collect();
+        let of_group = |section: &SurfaceSection| {
+            section.group.as_ref().map(|group| mesh.groups.ranges(&group.value, mesh.triangles.len()))
+        };
+        let groups: Vec<Option<Vec<Range<usize>>>> = measured.iter().map(of_group).collect();
         let mut flat = 0;
-        for (triangle, &material) in mesh.triangles.iter().zip(&mesh.material_of) {
+        for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.material_of).enumerate() {
             let triangle = triangle.map(|vertex| first + vertex);
             // Judge and emit from the rounded corners: they are what rays will meet.
             let corners = triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)));
@@ -427,6 +466,16 @@ impl Parts {
             }
             self.mesh.triangles.push(triangle);
             self.mesh.material_of.push(numbers[material as usize]);
+            for ((section, ranges), chosen) in measured.iter().zip(&groups).zip(&mut self.chosen) {
+                let name = &mesh.surfaces[material as usize].material.name;
+                let in_group = ranges.as_ref().is_none_or(|ranges| {
+                    let before = ranges.partition_point(|range| range.start <= index);
+                    before > 0 && ranges[before - 1].contains(&index)
+                });
+                if in_group && section.material.as_ref().is_none_or(|material| material.value == *name) {
+                    chosen.push(self.mesh.triangles.len() as u32 - 1);
+                }
+            }
             if let Some(emitter) = &mut shining[material as usize] {
                 emitter.triangles.push(corners);
                 emitter.numbers.push(self.mesh.triangles.len() as u32 - 1);

@@ -72,6 +72,17 @@ impl<'a> Fields<'a> {
         Ok(Self { source, section, at, table })
     }
 
+    /// A section within this one.
+    pub(crate) fn within(
+        &self,
+        section: &str,
+        at: Location,
+        table: &'a DeTable<'a>,
+        known: &[&str],
+    ) -> Result<Self, InputError> {
+        Self::new(self.source, section, at, table, known)
+    }
+
     fn get(&self, key: &str) -> Option<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)> {
         self.table.get_key_value(key)
     }

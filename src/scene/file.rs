@@ -5,8 +5,11 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
+use super::areas::areas;
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
 use super::material::{Dielectric, Sides};
+use super::measure::measure;
+use super::measured::{self, SurfaceSection};
 use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
@@ -43,6 +46,9 @@ pub(crate) struct SceneFile {
     pub(crate) planes: Vec<MeasuringPlane>,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) cameras: Vec<Camera>,
+    pub(crate) surfaces: Vec<SurfaceSection>,
+    /// Of luminaires that give none of their own, if the file gives one.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) render: RenderDefaults,
 }
 
@@ -73,10 +79,12 @@ pub(crate) struct LuminaireSection {
     /// Where the section says it.
     pub(crate) shape: Option<Shape>,
     pub(crate) spread: Spread,
-    /// Undimmed, lm, where the section says it.
+    /// Undimmed and new, lm, where the section says it.
     pub(crate) flux: Option<f64>,
     /// 0 where it is switched off.
     pub(crate) dimming: f64,
+    /// Maintenance factor; the scene's where the section gives none.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) colour: [f64; 3],
     pub(crate) group: Option<String>,
     pub(crate) array: Option<Array>,
@@ -126,7 +134,18 @@ impl SceneFile {
         if let Some(error) = errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
             return Err(syntax_error(&source, error));
         }
-        const KNOWN: [&str; 8] = ["name", "mesh", "material", "luminaire", "plane", "sensor", "camera", "render"];
+        const KNOWN: [&str; 10] = [
+            "name",
+            "mesh",
+            "material",
+            "luminaire",
+            "plane",
+            "sensor",
+            "surface",
+            "camera",
+            "render",
+            "maintenance_factor",
+        ];
         let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
 
         let each = |key: &str| top.sections(key);
@@ -142,10 +161,13 @@ impl SceneFile {
             sensors: sensors(&source, each("sensor")?)?,
             cameras: cameras(&source, each("camera")?, &planes)?,
             planes,
+            surfaces: surfaces(&source, each("surface")?)?,
+            maintenance: maintenance_factor(&top)?,
             render: render(&top)?,
         };
-        if scene.planes.is_empty() && scene.sensors.is_empty() && scene.cameras.is_empty() {
-            let found = "neither a [[plane]] nor a [[sensor]] nor a [[camera]]";
+        let nothing = scene.planes.is_empty() && scene.sensors.is_empty() && scene.surfaces.is_empty();
+        if nothing && scene.cameras.is_empty() {
+            let found = "neither a [[plane]] nor a [[sensor]], [[surface]] or [[camera]]";
             let error = InputError::new(Location::file(path), found, "at least one of them");
             return Err(error.hint("they say where illuminance is wanted"));
         }
@@ -237,7 +259,7 @@ fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
 }
 
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
-    const KNOWN: [&str; 12] = [
+    const KNOWN: [&str; 13] = [
         "name",
         "position",
         "aim",
@@ -250,6 +272,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         "cct",
         "group",
         "array",
+        "maintenance_factor",
     ];
     let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
     let shape = shape(&fields)?;
@@ -272,6 +295,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         spread,
         flux: flux.map(|n| n.value),
         dimming: dimming.map_or(1.0, |n| n.value),
+        maintenance: maintenance_factor(&fields)?,
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
         array: array(&fields)?,
@@ -364,20 +388,38 @@ fn array(fields: &Fields) -> Result<Option<Array>, InputError> {
     Ok(Some(Array { count: count.value, pitch: pitch.value, at: array.at }))
 }
 
+/// Share of the initial light that is left before the next maintenance.
+fn maintenance_factor(fields: &Fields) -> Result<Option<f64>, InputError> {
+    let expected = "a number above 0, at most 1 (a clean office: about 0.8)";
+    Ok(fields.number("maintenance_factor", expected, |n| n > 0.0 && n <= 1.0)?.map(|n| n.value))
+}
+
+fn surfaces(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<SurfaceSection>, InputError> {
+    let mut names = Names::new("surface");
+    let surface = |(at, table)| {
+        let fields = Fields::new(source, "[[surface]]", at, table, &measured::KNOWN)?;
+        let name = names.take_file(&fields, "ply")?;
+        measured::section(&fields, name)
+    };
+    sections.into_iter().map(surface).collect()
+}
+
 fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
     for (at, table) in sections {
-        const KNOWN: [&str; 6] = ["name", "corner", "along", "across", "cells", "on"];
+        const KNOWN: [&str; 9] = ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
-        let name = names.take_for_a_file(&fields)?;
+        let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;
+        let cells = whole_image(&fields, "cells", "[120, 144]", "cells")?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
+            areas: areas(&fields, [along.length(), across.length()], cells)?,
             along,
             across,
-            cells: whole_image(&fields, "cells", "[120, 144]", "cells")?,
+            cells,
             kind: match fields.word("on", &["surface", "air"])? {
                 Some(word) if word.value == "air" => PlaneKind::Air,
                 _ => PlaneKind::Surface,
@@ -397,7 +439,7 @@ fn cameras(
     for (at, table) in sections {
         const KNOWN: [&str; 6] = ["name", "eye", "look_at", "up", "fov", "pixels"];
         let fields = Fields::new(source, "[[camera]]", at, table, &KNOWN)?;
-        let name = names.take_for_a_file(&fields)?;
+        let name = names.take_file(&fields, "exr")?;
         if planes.iter().any(|plane| plane.name.to_lowercase() == name.to_lowercase()) {
             let error = fields.refusal("name", "a name that no [[plane]] has");
             return Err(error.hint("both are written as NAME.exr"));
@@ -461,11 +503,16 @@ fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<S
     let mut sensors = Vec::with_capacity(sections.len());
     let mut names = Names::new("sensor");
     for (at, table) in sections {
-        let fields = Fields::new(source, "[[sensor]]", at, table, &["name", "position", "normal", "target"])?;
+        const KNOWN: [&str; 6] = ["name", "position", "normal", "measure", "facing", "target"];
+        let fields = Fields::new(source, "[[sensor]]", at, table, &KNOWN)?;
+        let name = names.take(&fields)?;
+        let position = fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value;
+        let (measure, normal) = measure(&fields)?;
         sensors.push(Sensor {
-            name: names.take(&fields)?,
-            position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
-            normal: fields.direction("normal")?.ok_or_else(|| fields.missing("normal", "[0, 0, 1]"))?.value,
+            name,
+            position,
+            normal,
+            measure,
             target: fields.number("target", "a number from 0 up, lx", |n| n >= 0.0)?.map(|n| n.value),
         });
     }
@@ -492,12 +539,12 @@ impl Names {
         }
     }
 
-    /// The same for a section whose results are written under its name.
-    fn take_for_a_file(&mut self, fields: &Fields) -> Result<String, InputError> {
+    /// The name of a section whose results are written as NAME.`ending`.
+    fn take_file(&mut self, fields: &Fields, ending: &str) -> Result<String, InputError> {
         let name = self.take(fields)?;
         if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
             let error = fields.refusal("name", "a name that can be a file's");
-            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
+            return Err(error.hint(format!("no / \\ : in it, no dot in front; results are written as NAME.{ending}")));
         }
         Ok(name)
     }

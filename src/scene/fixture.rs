@@ -194,6 +194,7 @@ mod tests {
             spread: Spread::Lambertian,
             flux: None,
             dimming: 1.0,
+            maintenance: None,
             colour: [1.0; 3],
             group: None,
             array,

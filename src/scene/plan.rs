@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{PlaneKind, Scene};
+use super::{Measure, PlaneKind, Scene};
 use crate::luminaire::LightGroups;
 
 /// How illuminance is computed.
@@ -148,14 +148,14 @@ impl Plan {
             None => decide(false, "specular paths", "no mirror and no glass".into()),
         };
         if photons {
-            let receivers = scene.planes.len() + scene.sensors.len();
+            let receivers = scene.planes.len() + scene.sensors.len() + scene.surfaces.len();
             match method {
                 Method::Seed => decide(true, "photons of every surface", "the paper keeps them all".into()),
                 Method::Gather => decide(true, "photons of every surface", "as illuminance of patches".into()),
                 _ => decide(
                     false,
                     "photons of other surfaces",
-                    format!("kept only where they cross one of {receivers} planes and sensors"),
+                    format!("kept only at one of {receivers} planes, sensors and surfaces"),
                 ),
             };
         }
@@ -163,6 +163,26 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
+        let counted = photons && (caustics || !method.sends_rays());
+        let how = match (method.sends_rays(), counted) {
+            (true, false) => "rays from each sample",
+            (true, true) => "rays from each sample; caustics as photons on it, over its area",
+            (false, _) => "photons on each sample, over its area",
+        };
+        let surfaces = scene.surfaces.len();
+        let samples: usize = scene.surfaces.iter().map(|surface| surface.samples.len()).sum();
+        let why = match surfaces {
+            0 => "0 in the scene".to_owned(),
+            _ => format!("{surfaces} in the scene, {samples} samples; {how}"),
+        };
+        decide(surfaces > 0, "surfaces of the mesh", why);
+        let bodies = scene.sensors.iter().filter(|sensor| sensor.measure != Measure::Plane).count();
+        decide(bodies > 0, "cylinders and spheres", format!("{bodies} sensors"));
+        match scene.maintenance_factor {
+            None => decide(false, "maintenance factor", "none given: the installation is new".into()),
+            Some([least, most]) if least == most => decide(true, "maintenance factor", least.to_string()),
+            Some([least, most]) => decide(true, "maintenance factor", format!("{least} to {most}, by luminaire")),
+        };
         match scene.cameras.len() {
             0 => decide(false, "camera rays", "no camera in the scene".into()),
             _ if bounces && method != Method::Gather => {

@@ -36,6 +36,9 @@ pub const MOST_LEFT_OUT: f64 = 1e-4;
 /// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the lowest
 /// luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
 const BLOCKS: [(usize, usize); 3] = [(16, 4), (8, 4), (4, 2)];
+/// Points of a surface in a block, and in its parts: neighbours by how their triangle was halved.
+const RUN: usize = 16;
+const RUN_PART: usize = 4;
 /// Above this many triangles in the way of a part, points search on their own; above it for a point, rays sample.
 const MOST_BLOCKERS: usize = 192;
 /// Cuts for one point and opening before rays take over.
@@ -112,19 +115,19 @@ pub fn direct_light_in_groups<const C: usize>(
     groups: Option<&LightGroups>,
 ) -> DirectLight<C> {
     let emitters = emitters::<C>(luminaires);
-    let up = receiver.normal.as_dvec3();
-    let gather = Gather { receiver, up, blockers, emitters: &emitters, seed, groups };
+    let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
         let before = done.fetch_add(points as u64, Ordering::Relaxed);
         let step = |points: u64| (u128::from(points) * u128::from(steps) / receiver.len().max(1) as u128) as u64;
         progress(step(before + points as u64) - step(before));
     };
-    let found: Vec<LitBlock<C>> = gather
+    let found: Vec<LitBlock<C>> = gather(receiver.normal)
         .blocks()
         .into_par_iter()
         .map_init(Scratch::default, |scratch, block| {
             scratch.rays = 0;
+            let gather = gather(receiver.normal_at(block.points[0]));
             let mut by_group = gather.rows(block.points.len());
             let sums = gather.block(&block, &mut by_group, scratch);
             advance(block.points.len());
@@ -138,7 +141,7 @@ pub fn direct_light_in_groups<const C: usize>(
         left_out: vec![0.0; points],
         rays: 0,
         groups: groups.map(|_| {
-            let [value, variance] = gather.rows(points).map(f64_to_f32);
+            let [value, variance] = gather(receiver.normal).rows(points).map(f64_to_f32);
             DirectGroups { value, variance }
         }),
     };
@@ -359,11 +362,28 @@ struct Gather<'a, const C: usize> {
 }
 
 impl<const C: usize> Gather<'_, C> {
-    /// The grid in squares of points, each in smaller squares; without a grid, each point on its own.
+    /// The grid in squares of points, each in smaller squares. Without a grid, points that follow one another and look
+    /// the same way, as samples of a triangle do; each sensor on its own.
     fn blocks(&self) -> Vec<Block> {
         let receiver = self.receiver;
         let Some([columns, rows]) = receiver.grid else {
-            return (0..receiver.len()).map(|point| Block { points: vec![point], ends: vec![1] }).collect();
+            let most = if receiver.is_plane() { 1 } else { RUN };
+            let mut blocks: Vec<Block> = Vec::new();
+            for point in 0..receiver.len() {
+                match blocks.last_mut() {
+                    Some(Block { points, ends })
+                        if points.len() < most && receiver.normal_at(points[0]) == receiver.normal_at(point) =>
+                    {
+                        points.push(point);
+                        match ends.last_mut() {
+                            Some(end) if points.len() % RUN_PART != 1 => *end = points.len(),
+                            _ => ends.push(points.len()),
+                        }
+                    }
+                    _ => blocks.push(Block { points: vec![point], ends: vec![1] }),
+                }
+            }
+            return blocks;
         };
         let plane = receiver.origin.as_dvec3().dot(self.up);
         let heights = self.emitters.iter().map(|emitter| emitter.bounds.along(self.up)[1] - plane);
@@ -473,7 +493,7 @@ impl<const C: usize> Gather<'_, C> {
                     for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
                         let mut stream = seed.stream(point as u64);
                         let start = self.receiver.start(point);
-                        let normal = self.receiver.normal;
+                        let normal = self.up.as_vec3();
                         sum.add(emitter, mesh.sample(start, normal, &scratch.shares, self.blockers, &mut stream));
                         scratch.rays += 2 * u64::from(sample::MESH_STRATA);
                     }
@@ -565,7 +585,7 @@ impl<const C: usize> Gather<'_, C> {
                     || {
                         let mut stream = self.seed.branch(number as u64).stream(point as u64);
                         let (start, caster) = (self.receiver.start(point), self.blockers.caster);
-                        let normal = self.receiver.normal;
+                        let normal = self.up.as_vec3();
                         let target = match source {
                             Source::Body(body) => Target::body(body, &view.whole),
                             Source::Polygon(polygon) => Target::Flat(polygon),
