@@ -733,7 +733,7 @@ fn the_command_tells_and_draws() {
     let refused = luxmap(&folder, &["luminaire", "cut.ies"]);
     let line = String::from_utf8(refused.stderr).unwrap();
     assert_eq!((refused.status.code(), refused.stdout.as_slice()), (Some(2), &b""[..]));
-    assert!(line.starts_with("luxmap: cut.ies:11: found 1 × 19 angles, but ") && line.lines().count() == 1, "{line}");
+    assert!(line.starts_with("luxmap: cut.ies:9: found 1 × 19 angles, but ") && line.lines().count() == 1, "{line}");
     assert!(!folder.join("out/cut").exists());
 }
 

@@ -13,6 +13,7 @@
 //! (H 90° where type C has 270°).
 
 use super::Symmetry;
+use super::text::CLOSEST;
 use crate::luminaire::intensity::Intensity;
 
 /// Intensities, plane by plane: C or horizontal angles, then γ or vertical angles, degrees, each ascending.
@@ -23,9 +24,6 @@ pub(super) struct Table {
     /// cd.
     pub(super) candela: Vec<f64>,
 }
-
-/// Angles nearer than this are the same, degrees.
-const SAME: f64 = 1e-6;
 
 /// Width of the step to darkness where a table of type A or B ends in light, degrees.
 const EDGE: f64 = 0.01;
@@ -58,7 +56,7 @@ impl Table {
     /// Planes of this table at their places about the aim; where two share a place, the first of them.
     fn around(&self, mut places: Vec<(f64, usize)>) -> Intensity {
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        places.dedup_by(|next, kept| next.0 - kept.0 < SAME);
+        places.dedup_by(|next, kept| next.0 - kept.0 < CLOSEST);
         let planes = places.iter().map(|(c, _)| *c).collect();
         let candela = places.iter().flat_map(|(_, plane)| self.plane(*plane)).copied().collect();
         Intensity::new(planes, self.angles.clone(), candela)
@@ -66,7 +64,7 @@ impl Table {
 
     /// The same table with its mirror images where it begins at 0: planes to both sides, and angles up and down.
     fn mirrored(mut self) -> Self {
-        if self.angles[0].abs() < SAME {
+        if self.angles[0].abs() < CLOSEST {
             let count = self.angles.len();
             let order: Vec<usize> = (1..count).rev().chain(0..count).collect();
             self.candela = self
@@ -76,7 +74,7 @@ impl Table {
                 .collect();
             self.angles = (1..count).rev().map(|i| -self.angles[i]).chain(self.angles.iter().copied()).collect();
         }
-        if self.planes[0].abs() < SAME {
+        if self.planes[0].abs() < CLOSEST {
             let count = self.planes.len();
             let order: Vec<usize> = (1..count).rev().chain(0..count).collect();
             self.candela = order.iter().flat_map(|&plane| self.plane(plane).to_vec()).collect();
@@ -110,7 +108,7 @@ impl Table {
         let narrowest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
         let step = (narrowest(&table.planes).min(narrowest(&table.angles)) / 2.0).clamp(STEPS[0], STEPS[1]);
         let reach = table.angles.iter().fold(0.0_f64, |reach, angle| reach.max(angle.abs()));
-        let end = if reach <= 90.0 + SAME { 90.0 } else { 180.0 };
+        let end = if reach <= 90.0 + CLOSEST { 90.0 } else { 180.0 };
         let grid = |turn: f64| -> (usize, f64) {
             let count = (turn / step).ceil();
             (count as usize, turn / count)
@@ -136,7 +134,8 @@ impl Table {
     fn at(&self, plane: f64, angle: f64) -> f64 {
         let place = |angles: &[f64], angle: f64| -> Option<(usize, f64)> {
             let (low, high) = (angles[0], angles[angles.len() - 1]);
-            let angle = if (low - SAME..=high + SAME).contains(&angle) { angle.clamp(low, high) } else { return None };
+            let angle =
+                if (low - CLOSEST..=high + CLOSEST).contains(&angle) { angle.clamp(low, high) } else { return None };
             let upper = angles.partition_point(|&other| other <= angle).clamp(1, angles.len() - 1);
             Some((upper - 1, (angle - angles[upper - 1]) / (angles[upper] - angles[upper - 1])))
         };
@@ -165,7 +164,7 @@ impl Table {
 /// An angle as 0° … 360°, the end not included.
 pub(super) fn within_turn(angle: f64) -> f64 {
     let angle = angle.rem_euclid(360.0);
-    if 360.0 - angle < SAME { 0.0 } else { angle }
+    if 360.0 - angle < CLOSEST { 0.0 } else { angle }
 }
 
 #[cfg(test)]

@@ -7,6 +7,9 @@ use crate::error::{InputError, Location};
 /// Longest file that is read, bytes: a table of a quarter of a degree in both directions has less.
 pub(super) const LONGEST: u64 = 16 << 20;
 
+/// Angles nearer than this are the same, degrees.
+pub(super) const CLOSEST: f64 = 1e-6;
+
 /// The text of a file without its end marks: UTF-8 (a byte order mark is taken off), else Latin-1. A Ctrl-Z ends it, as in
 /// DOS.
 pub(super) fn decode(path: &Path, content: &[u8]) -> Result<String, InputError> {
@@ -100,7 +103,7 @@ impl<'a> Words<'a> {
             if !(low..=high).contains(&angle) {
                 return refuse(format!("{low}° to {high}°"));
             }
-            if let Some(before) = angles.last().filter(|before| angle <= **before) {
+            if let Some(before) = angles.last().filter(|before| angle < **before + CLOSEST) {
                 return refuse(format!("more than the one before, {before}"));
             }
             if number == 1 {
