@@ -417,6 +417,12 @@ fn eulumdat_may_look_different_and_say_the_same() {
     ] {
         assert_eq!(parse("x", text.as_bytes()).intensity, expected.intensity);
     }
+    // Planes and angles listed downwards.
+    let up = Ldt::of(0, planes_of_ldt(0).0, &planes_of_ldt(0).1);
+    let turned = |list: &[f64]| list.iter().rev().copied().collect::<Vec<_>>();
+    let down = Ldt { planes: turned(&up.planes), angles: turned(&up.angles), values: turned(&up.values), ..up };
+    check(&down.read(), Symmetry::None, 1.0, "downwards");
+    assert_eq!(down.read().notes.len(), 2);
     // Planes and angles at unequal distances.
     let planes = vec![0.0, 20.0, 35.0, 90.0, 145.0, 160.0, 180.0, 200.0, 215.0, 270.0, 325.0, 340.0];
     let sparse = Ldt::of(2, planes.clone(), &planes[..7]).read();
@@ -595,7 +601,7 @@ fn hurt_files_are_read_or_refused() {
         Ldt::of(kind, planes, &stored).text()
     }));
     let mut read = 0;
-    for case in 0..6000_usize {
+    for case in 0..3000_usize {
         let mut random = Seed(63).stream(case as u64);
         let bytes = hurt(&files[case % files.len()], &mut random);
         let path = Path::new(if case % 2 == 0 { "hurt.ies" } else { "hurt.ldt" });
@@ -620,7 +626,7 @@ fn hurt_files_are_read_or_refused() {
             }
         }
     }
-    assert!((600..5400).contains(&read), "{read} of 6000 files read: too few or too many to tell anything");
+    assert!((300..2700).contains(&read), "{read} of 3000 files read: too few or too many to tell anything");
 }
 
 /// Flux of the one plane that all LM-63 files of photometric-viewer share, integrated in steps of a thousandth of a degree.

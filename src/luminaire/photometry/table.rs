@@ -85,7 +85,7 @@ impl Table {
 
     /// Type A as type C; exact, but for a step of a hundredth of a degree where light ends at full strength. Horizontal
     /// angles are within ±180°, vertical ones within ±90°.
-    pub(super) fn from_type_a(self) -> Intensity {
+    pub(super) fn type_a_to_c(self) -> Intensity {
         let mut table = self.mirrored();
         table.angles.iter_mut().for_each(|angle| *angle += 90.0);
         let mut places: Vec<(f64, usize)> =
@@ -103,7 +103,7 @@ impl Table {
 
     /// Type B as type C, resampled at half its steps (0.25° to 1°) and scaled so that the flux stays exactly what the table
     /// says; tests tell the error in directions. Horizontal angles are within ±90°, vertical ones within ±180°.
-    pub(super) fn from_type_b(self) -> Intensity {
+    pub(super) fn type_b_to_c(self) -> Intensity {
         let table = self.mirrored();
         let narrowest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
         let step = (narrowest(&table.planes).min(narrowest(&table.angles)) / 2.0).clamp(STEPS[0], STEPS[1]);
@@ -163,7 +163,7 @@ impl Table {
 
 /// An angle as 0° … 360°, the end not included.
 pub(super) fn within_turn(angle: f64) -> f64 {
-    let angle = angle.rem_euclid(360.0);
+    let angle = angle.rem_euclid(360.0) + 0.0; // no −0
     if 360.0 - angle < CLOSEST { 0.0 } else { angle }
 }
 
@@ -217,7 +217,7 @@ mod tests {
     fn type_b_keeps_every_direction_and_its_flux() {
         let table = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_b, lopsided);
         let flux = table.flux_of_type_b();
-        let web = table.from_type_b();
+        let web = table.type_b_to_c();
         let bound = 2.0 * 2000.0 * (2.0_f64.to_radians().powi(2) + 1.0_f64.to_radians().powi(2)) / 8.0;
         for (c, gamma) in directions().filter(|(_, gamma)| *gamma < 90.0) {
             let [found, expected] = [web.at(c, gamma), lopsided(type_c(c.to_radians(), gamma.to_radians()))];
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn type_a_is_type_c_under_other_names() {
         let bulge: fn([f64; 3]) -> f64 = |[x, y, z]| (500.0 + 200.0 * y + 100.0 * z) * x.max(0.0);
-        let web = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_a, bulge).from_type_a();
+        let web = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_a, bulge).type_a_to_c();
         let bound = 2.0 * 1500.0 * 2.0_f64.to_radians().powi(2) / 8.0;
         for (c, gamma) in directions() {
             let [found, expected] = [web.at(c, gamma), bulge(type_c(c.to_radians(), gamma.to_radians()))];
@@ -245,7 +245,7 @@ mod tests {
     /// Light of full strength up to the edge of the table: half of the sphere is lit, the other half isn't.
     #[test]
     fn a_table_of_type_a_ends_where_it_ends() {
-        let web = tabulate(vec![-90.0, 90.0], vec![-90.0, 90.0], type_a, |_| 100.0).from_type_a();
+        let web = tabulate(vec![-90.0, 90.0], vec![-90.0, 90.0], type_a, |_| 100.0).type_a_to_c();
         assert!((web.flux() / (200.0 * PI) - 1.0).abs() < 1.01 * EDGE / 180.0, "{}", web.flux());
         assert_eq!((web.at(89.0, 90.0), web.at(271.0, 90.0), web.at(180.0, 90.0)), (100.0, 100.0, 0.0));
     }
@@ -254,8 +254,8 @@ mod tests {
     #[test]
     fn mirror_images_are_as_good_as_the_whole() {
         let even: fn([f64; 3]) -> f64 = |[x, y, z]| 100.0 + 50.0 * x.abs() + 70.0 * y * y - 10.0 * z;
-        let whole = tabulate(steps(-90.0, 90.0, 5.0), steps(-90.0, 90.0, 5.0), type_b, even).from_type_b();
-        let quarter = tabulate(steps(0.0, 90.0, 5.0), steps(0.0, 90.0, 5.0), type_b, even).from_type_b();
+        let whole = tabulate(steps(-90.0, 90.0, 5.0), steps(-90.0, 90.0, 5.0), type_b, even).type_b_to_c();
+        let quarter = tabulate(steps(0.0, 90.0, 5.0), steps(0.0, 90.0, 5.0), type_b, even).type_b_to_c();
         for (c, gamma) in directions() {
             let [found, expected] = [quarter.at(c, gamma), whole.at(c, gamma)];
             assert!((found - expected).abs() < 1e-9 * 200.0, "C {c} γ {gamma}: {found}, expected {expected}");
@@ -280,5 +280,6 @@ mod tests {
         assert_eq!(other.at(60.0, 0.0), 121.0);
         let one = table(&[0.0]).unfold(Symmetry::Rotational);
         assert_eq!((one.planes(), one.at(123.0, 10.0)), (&[0.0][..], 1.0));
+        assert!([-0.0, 0.0, 360.0, -720.0].iter().all(|angle| within_turn(*angle).is_sign_positive()));
     }
 }
