@@ -20,6 +20,8 @@ use crate::report::number::{percent, round_to, short};
 
 /// Difference of computed and declared flux up to which a file is at one with itself: rounding of its intensities.
 const ROUNDING: f64 = 0.01;
+/// Difference up to which coarse angles explain it.
+const COARSE: f64 = 0.05;
 
 /// Light of a luminaire in a few figures.
 #[derive(Clone, Debug)]
@@ -249,7 +251,11 @@ fn flux(photometry: &Photometry, figures: &Figures) -> String {
             let difference = figures.flux / declared - 1.0;
             let more = if difference < 0.0 { "less" } else { "more" };
             let size = format!("{} % {more}", short(100.0 * difference.abs()));
-            let verdict = if difference.abs() <= ROUNDING { "they agree" } else { "the file contradicts itself" };
+            let verdict = match difference.abs() {
+                size if size <= ROUNDING => "they agree",
+                size if size <= COARSE => "as close as coarse angles may be",
+                _ => "the file contradicts itself",
+            };
             format!("{computed}, {size} than the {} lm declared: {verdict}", short(declared))
         }
         (None, Some(lamps)) => {

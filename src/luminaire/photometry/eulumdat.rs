@@ -10,6 +10,7 @@
 //!   C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
 //! - C0 lies across the lamp, C90 along it (`opening.rs`). Planes count counterclockwise seen from above, C0 towards +x
 //!   and C90 towards +y, the same as in LM-63.
+//! - C-planes and γ angles in descending order are taken, with a note.
 //! - The flux declared for the luminaire is that of the lamps × LORL.
 
 use std::path::Path;
@@ -235,24 +236,41 @@ impl Stored {
             let error = InputError::new(Location::line(path, start), found, expected);
             return Err(error.hint("is the file cut off?"));
         }
-        let (plane_line, mut planes) = words.angles(self.planes, "C-plane", [0.0, 360.0])?;
-        let (_, gamma) = words.angles(angles, "γ angle", [0.0, 180.0])?;
+        let (plane_line, mut planes, planes_fall) = words.angles_either_way(self.planes, "C-plane", [0.0, 360.0])?;
+        let (gamma_line, mut gamma, gamma_falls) = words.angles_either_way(angles, "γ angle", [0.0, 180.0])?;
         // Some programs store every plane whatever the symmetry.
-        let all = self.count < self.planes && words.left() == self.planes * angles;
+        let all = self.count == self.planes || words.left() == self.planes * angles;
         let (first, count) = if all { (0, self.planes) } else { (self.first, self.count) };
-        if all {
+        if all && self.count < self.planes {
             let line = words.at();
             notes.at(
                 line,
                 format!("intensities of all {} planes, though symmetry asks for {}", self.planes, self.count),
             );
         }
-        self.check_ends(path, plane_line, &planes)?;
+        if planes_fall && !all && self.symmetry != Symmetry::Rotational {
+            let found = "C-planes in descending order";
+            let expected = "ascending ones where symmetry (line 3) says which have intensities";
+            return Err(InputError::new(Location::line(path, plane_line), found, expected));
+        }
+        if !planes_fall {
+            self.check_ends(path, plane_line, &planes)?;
+        }
         let values = Values::read(path, words, count * angles, factor, notes)?;
         if let Some((line, word)) = words.next() {
             notes.at(line, format!("{} and what follows isn't read: all intensities are there", quoted(word)));
         }
         let mut candela = values.candela;
+        if gamma_falls {
+            notes.at(gamma_line, "γ angles in descending order".to_owned());
+            gamma.reverse();
+            candela.chunks_mut(angles).for_each(<[f64]>::reverse);
+        }
+        if planes_fall && all {
+            notes.at(plane_line, "C-planes in descending order".to_owned());
+            planes.reverse();
+            candela = candela.chunks(angles).rev().flatten().copied().collect();
+        }
         let mut stored: Vec<f64> = (first..first + count).map(|plane| planes[plane % self.planes]).collect();
         if self.symmetry == Symmetry::AboutC90 && !all {
             // From C270 over C0 to C90: as −90 … 90.
@@ -262,7 +280,6 @@ impl Stored {
             stored.pop();
             candela.truncate(stored.len() * angles);
         }
-        planes.clear();
         let table = Table { planes: stored, angles: gamma, candela };
         super::check_nadir(&table, values.line, notes);
         Ok(table)

@@ -404,8 +404,8 @@ impl Body {
     fn into_intensity(self, kind: Kind) -> crate::luminaire::intensity::Intensity {
         match kind {
             Kind::C => self.table.unfold(self.symmetry),
-            Kind::B => self.table.from_type_b(),
-            Kind::A => self.table.from_type_a(),
+            Kind::B => self.table.type_b_to_c(),
+            Kind::A => self.table.type_a_to_c(),
         }
     }
 }

@@ -87,13 +87,13 @@ impl LuminousOpening {
                 Equal
             }
         });
-        let of_all = match signs {
+        let of_all_editions = match signs {
             [Equal, Equal, Equal] => Some((Shape::Point, [0.0; 3])),
             [Equal | Greater, Equal | Greater, Equal] => Some((Shape::Rectangle, [l, w, 0.0])),
             [Equal | Greater, Equal | Greater, Greater] => Some((Shape::Box, [l, w, h])),
             _ => None,
         };
-        of_all.or_else(|| match (edition, signs) {
+        of_all_editions.or(match (edition, signs) {
             (Format::Lm63_1986 | Format::Lm63_1995, [Less, Equal, Equal]) => Some((Shape::Ellipse, [w, w, 0.0])),
             (Format::Lm63_1986 | Format::Lm63_1995, [Less, Equal, Greater]) => {
                 Some((Shape::VerticalCylinder, [w, w, h]))

@@ -13,6 +13,7 @@
 //! (H 90° where type C has 270°).
 
 use super::Symmetry;
+use super::text::CLOSEST;
 use crate::luminaire::intensity::Intensity;
 
 /// Intensities, plane by plane: C or horizontal angles, then γ or vertical angles, degrees, each ascending.
@@ -23,9 +24,6 @@ pub(super) struct Table {
     /// cd.
     pub(super) candela: Vec<f64>,
 }
-
-/// Angles nearer than this are the same, degrees.
-const SAME: f64 = 1e-6;
 
 /// Width of the step to darkness where a table of type A or B ends in light, degrees.
 const EDGE: f64 = 0.01;
@@ -58,7 +56,7 @@ impl Table {
     /// Planes of this table at their places about the aim; where two share a place, the first of them.
     fn around(&self, mut places: Vec<(f64, usize)>) -> Intensity {
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        places.dedup_by(|next, kept| next.0 - kept.0 < SAME);
+        places.dedup_by(|next, kept| next.0 - kept.0 < CLOSEST);
         let planes = places.iter().map(|(c, _)| *c).collect();
         let candela = places.iter().flat_map(|(_, plane)| self.plane(*plane)).copied().collect();
         Intensity::new(planes, self.angles.clone(), candela)
@@ -66,7 +64,7 @@ impl Table {
 
     /// The same table with its mirror images where it begins at 0: planes to both sides, and angles up and down.
     fn mirrored(mut self) -> Self {
-        if self.angles[0].abs() < SAME {
+        if self.angles[0].abs() < CLOSEST {
             let count = self.angles.len();
             let order: Vec<usize> = (1..count).rev().chain(0..count).collect();
             self.candela = self
@@ -76,7 +74,7 @@ impl Table {
                 .collect();
             self.angles = (1..count).rev().map(|i| -self.angles[i]).chain(self.angles.iter().copied()).collect();
         }
-        if self.planes[0].abs() < SAME {
+        if self.planes[0].abs() < CLOSEST {
             let count = self.planes.len();
             let order: Vec<usize> = (1..count).rev().chain(0..count).collect();
             self.candela = order.iter().flat_map(|&plane| self.plane(plane).to_vec()).collect();
@@ -87,7 +85,7 @@ impl Table {
 
     /// Type A as type C; exact, but for a step of a hundredth of a degree where light ends at full strength. Horizontal
     /// angles are within ±180°, vertical ones within ±90°.
-    pub(super) fn from_type_a(self) -> Intensity {
+    pub(super) fn type_a_to_c(self) -> Intensity {
         let mut table = self.mirrored();
         table.angles.iter_mut().for_each(|angle| *angle += 90.0);
         let mut places: Vec<(f64, usize)> =
@@ -105,12 +103,12 @@ impl Table {
 
     /// Type B as type C, resampled at half its steps (0.25° to 1°) and scaled so that the flux stays exactly what the table
     /// says; tests tell the error in directions. Horizontal angles are within ±90°, vertical ones within ±180°.
-    pub(super) fn from_type_b(self) -> Intensity {
+    pub(super) fn type_b_to_c(self) -> Intensity {
         let table = self.mirrored();
         let narrowest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
         let step = (narrowest(&table.planes).min(narrowest(&table.angles)) / 2.0).clamp(STEPS[0], STEPS[1]);
         let reach = table.angles.iter().fold(0.0_f64, |reach, angle| reach.max(angle.abs()));
-        let end = if reach <= 90.0 + SAME { 90.0 } else { 180.0 };
+        let end = if reach <= 90.0 + CLOSEST { 90.0 } else { 180.0 };
         let grid = |turn: f64| -> (usize, f64) {
             let count = (turn / step).ceil();
             (count as usize, turn / count)
@@ -136,7 +134,8 @@ impl Table {
     fn at(&self, plane: f64, angle: f64) -> f64 {
         let place = |angles: &[f64], angle: f64| -> Option<(usize, f64)> {
             let (low, high) = (angles[0], angles[angles.len() - 1]);
-            let angle = if (low - SAME..=high + SAME).contains(&angle) { angle.clamp(low, high) } else { return None };
+            let angle =
+                if (low - CLOSEST..=high + CLOSEST).contains(&angle) { angle.clamp(low, high) } else { return None };
             let upper = angles.partition_point(|&other| other <= angle).clamp(1, angles.len() - 1);
             Some((upper - 1, (angle - angles[upper - 1]) / (angles[upper] - angles[upper - 1])))
         };
@@ -164,8 +163,8 @@ impl Table {
 
 /// An angle as 0° … 360°, the end not included.
 pub(super) fn within_turn(angle: f64) -> f64 {
-    let angle = angle.rem_euclid(360.0);
-    if 360.0 - angle < SAME { 0.0 } else { angle }
+    let angle = angle.rem_euclid(360.0) + 0.0; // no −0
+    if 360.0 - angle < CLOSEST { 0.0 } else { angle }
 }
 
 #[cfg(test)]
@@ -218,7 +217,7 @@ mod tests {
     fn type_b_keeps_every_direction_and_its_flux() {
         let table = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_b, lopsided);
         let flux = table.flux_of_type_b();
-        let web = table.from_type_b();
+        let web = table.type_b_to_c();
         let bound = 2.0 * 2000.0 * (2.0_f64.to_radians().powi(2) + 1.0_f64.to_radians().powi(2)) / 8.0;
         for (c, gamma) in directions().filter(|(_, gamma)| *gamma < 90.0) {
             let [found, expected] = [web.at(c, gamma), lopsided(type_c(c.to_radians(), gamma.to_radians()))];
@@ -233,7 +232,7 @@ mod tests {
     #[test]
     fn type_a_is_type_c_under_other_names() {
         let bulge: fn([f64; 3]) -> f64 = |[x, y, z]| (500.0 + 200.0 * y + 100.0 * z) * x.max(0.0);
-        let web = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_a, bulge).from_type_a();
+        let web = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_a, bulge).type_a_to_c();
         let bound = 2.0 * 1500.0 * 2.0_f64.to_radians().powi(2) / 8.0;
         for (c, gamma) in directions() {
             let [found, expected] = [web.at(c, gamma), bulge(type_c(c.to_radians(), gamma.to_radians()))];
@@ -246,7 +245,7 @@ mod tests {
     /// Light of full strength up to the edge of the table: half of the sphere is lit, the other half isn't.
     #[test]
     fn a_table_of_type_a_ends_where_it_ends() {
-        let web = tabulate(vec![-90.0, 90.0], vec![-90.0, 90.0], type_a, |_| 100.0).from_type_a();
+        let web = tabulate(vec![-90.0, 90.0], vec![-90.0, 90.0], type_a, |_| 100.0).type_a_to_c();
         assert!((web.flux() / (200.0 * PI) - 1.0).abs() < 1.01 * EDGE / 180.0, "{}", web.flux());
         assert_eq!((web.at(89.0, 90.0), web.at(271.0, 90.0), web.at(180.0, 90.0)), (100.0, 100.0, 0.0));
     }
@@ -255,8 +254,8 @@ mod tests {
     #[test]
     fn mirror_images_are_as_good_as_the_whole() {
         let even: fn([f64; 3]) -> f64 = |[x, y, z]| 100.0 + 50.0 * x.abs() + 70.0 * y * y - 10.0 * z;
-        let whole = tabulate(steps(-90.0, 90.0, 5.0), steps(-90.0, 90.0, 5.0), type_b, even).from_type_b();
-        let quarter = tabulate(steps(0.0, 90.0, 5.0), steps(0.0, 90.0, 5.0), type_b, even).from_type_b();
+        let whole = tabulate(steps(-90.0, 90.0, 5.0), steps(-90.0, 90.0, 5.0), type_b, even).type_b_to_c();
+        let quarter = tabulate(steps(0.0, 90.0, 5.0), steps(0.0, 90.0, 5.0), type_b, even).type_b_to_c();
         for (c, gamma) in directions() {
             let [found, expected] = [quarter.at(c, gamma), whole.at(c, gamma)];
             assert!((found - expected).abs() < 1e-9 * 200.0, "C {c} γ {gamma}: {found}, expected {expected}");
@@ -281,5 +280,6 @@ mod tests {
         assert_eq!(other.at(60.0, 0.0), 121.0);
         let one = table(&[0.0]).unfold(Symmetry::Rotational);
         assert_eq!((one.planes(), one.at(123.0, 10.0)), (&[0.0][..], 1.0));
+        assert!([-0.0, 0.0, 360.0, -720.0].iter().all(|angle| within_turn(*angle).is_sign_positive()));
     }
 }

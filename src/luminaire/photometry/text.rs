@@ -7,6 +7,9 @@ use crate::error::{InputError, Location};
 /// Longest file that is read, bytes: a table of a quarter of a degree in both directions has less.
 pub(super) const LONGEST: u64 = 16 << 20;
 
+/// Angles nearer than this are the same, degrees.
+pub(super) const CLOSEST: f64 = 1e-6;
+
 /// The text of a file without its end marks: UTF-8 (a byte order mark is taken off), else Latin-1. A Ctrl-Z ends it, as in
 /// DOS.
 pub(super) fn decode(path: &Path, content: &[u8]) -> Result<String, InputError> {
@@ -88,7 +91,32 @@ impl<'a> Words<'a> {
         &mut self,
         count: usize,
         what: &str,
+        range: [f64; 2],
+    ) -> Result<(usize, Vec<f64>), InputError> {
+        self.ordered(count, what, range, 1.0)
+    }
+
+    /// Angles in ascending or descending order, and whether they descend; they come back as they stand.
+    pub(super) fn angles_either_way(
+        &mut self,
+        count: usize,
+        what: &str,
+        range: [f64; 2],
+    ) -> Result<(usize, Vec<f64>, bool), InputError> {
+        let mut ahead = self.clone();
+        let first_two = [ahead.next(), ahead.next()].map(|word| word.and_then(|(_, word)| parse(word)));
+        let down = count > 1 && matches!(first_two, [Some(first), Some(second)] if second < first);
+        let (line, angles) = self.ordered(count, what, range, if down { -1.0 } else { 1.0 })?;
+        Ok((line, angles, down))
+    }
+
+    /// Angles that grow (`sign` 1) or fall (−1) from one to the next.
+    fn ordered(
+        &mut self,
+        count: usize,
+        what: &str,
         [low, high]: [f64; 2],
+        sign: f64,
     ) -> Result<(usize, Vec<f64>), InputError> {
         let mut angles: Vec<f64> = Vec::with_capacity(count);
         let mut first = 0;
@@ -100,8 +128,9 @@ impl<'a> Words<'a> {
             if !(low..=high).contains(&angle) {
                 return refuse(format!("{low}° to {high}°"));
             }
-            if let Some(before) = angles.last().filter(|before| angle <= **before) {
-                return refuse(format!("more than the one before, {before}"));
+            if let Some(before) = angles.last().filter(|before| sign * (angle - **before) < CLOSEST) {
+                let than = if sign > 0.0 { "more" } else { "less" };
+                return refuse(format!("{than} than the one before, {before}"));
             }
             if number == 1 {
                 first = line;

@@ -31,6 +31,9 @@ const GRID: Ink = [214, 214, 218];
 /// Blue and orange, told apart by the colour-blind too.
 const SECTIONS: [(&str, Ink); 2] = [("C0/C180", [0, 96, 176]), ("C90/C270", [200, 84, 0])];
 
+/// What lies at the left and at the right.
+const SIDES: [&str; 2] = ["C180, C270", "C0, C90"];
+
 /// Where a text stands at its place.
 #[derive(Clone, Copy, PartialEq)]
 enum Anchor {
@@ -76,8 +79,8 @@ pub(in crate::report) fn diagram(photometry: &Photometry, figures: &Figures) -> 
     };
     diagram.head(photometry, figures, name);
     let scale = Scale::new(0.0, figures.largest[0], 4.0);
-    diagram.grid(centre, &scale, up);
     let sections = if photometry.symmetry == Symmetry::Rotational { 1 } else { 2 };
+    diagram.grid(centre, &scale, up, sections);
     for (section, (_, ink)) in SECTIONS.into_iter().enumerate().take(sections) {
         let curve = curve(&photometry.intensity, 90.0 * section as f64, centre, RADIUS / outermost(&scale));
         if section == 0 {
@@ -167,7 +170,7 @@ impl Diagram {
     }
 
     /// Circles of equal intensity, rays of equal γ.
-    fn grid(&mut self, [x, y]: [f64; 2], scale: &Scale, up: bool) {
+    fn grid(&mut self, [x, y]: [f64; 2], scale: &Scale, up: bool, sections: usize) {
         let highest = if up { 180 } else { 90 };
         let ticks = (1..=(outermost(scale) / scale.step).round() as usize).map(|tick| tick as f64 * scale.step);
         for tick in ticks.clone() {
@@ -195,6 +198,12 @@ impl Diagram {
             self.text([x + radius * sin + 4.0, y + radius * cos - 10.0], label, SMALL, Anchor::Start, TEXT);
         }
         self.text([32.0, y + RADIUS], "I, cd", BOLD, Anchor::Start, TEXT);
+        if sections > 1 {
+            let right = WIDTH - 32.0 - f64::from(NORMAL.width(SIDES[1]));
+            for (x, side) in [32.0, right].into_iter().zip(SIDES) {
+                self.text([x, TOP - 26.0], side, NORMAL, Anchor::Start, QUIET);
+            }
+        }
     }
 
     /// Which line is which section, and its angles.
@@ -286,4 +295,34 @@ fn shortened(text: &str, letters: usize) -> String {
 
 fn hex([r, g, b]: Ink) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_isotropic_lamp_draws_a_circle() {
+        let web = Intensity::new(vec![0.0], vec![0.0, 180.0], vec![10.0; 2]);
+        let circle = curve(&web, 0.0, [50.0, 60.0], 3.0);
+        assert!(circle.iter().all(|[x, y]| ((x - 50.0).hypot(y - 60.0) - 30.0).abs() < 1e-9));
+        let length = |line: &[[f64; 2]]| -> f64 {
+            line.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
+        };
+        // Dashes and gaps take turns; the last dash may be cut short.
+        let around = length(&circle) + length(&[circle[circle.len() - 1], circle[0]]);
+        let dashes = dashes(&circle);
+        assert_eq!(dashes.len(), (around / (DASH[0] + DASH[1])).ceil() as usize);
+        assert!(dashes[..dashes.len() - 1].iter().all(|dash| (length(dash) - DASH[0]).abs() < 1e-9));
+    }
+
+    /// C0 is drawn to the right, the nadir below.
+    #[test]
+    fn light_is_drawn_where_it_goes() {
+        let web = Intensity::new(vec![0.0, 180.0], vec![0.0, 60.0], vec![0.0, 10.0, 0.0, 0.0]);
+        let curve = curve(&web, 0.0, [0.0, 0.0], 1.0);
+        let (sin, cos) = 60_f64.to_radians().sin_cos();
+        let outermost = curve.iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+        assert!((outermost[0] - 10.0 * sin).abs() < 1e-3 && (outermost[1] - 10.0 * cos).abs() < 1e-3, "{outermost:?}");
+    }
 }
