@@ -149,7 +149,8 @@ fn choose(scene: &mut Scene, planes: &[String], cameras: &[String]) -> Result<()
     choose_planes(scene, planes)?;
     let known: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     if let Some(unknown) = cameras.iter().find(|name| !known.contains(&name.as_str())) {
-        let known = if known.is_empty() { "a scene with a [[camera]]" } else { &format!("one of {}", known.join(", ")) };
+        let known =
+            if known.is_empty() { "a scene with a [[camera]]" } else { &format!("one of {}", known.join(", ")) };
         return Err(Error::Usage(format!("--camera: found \"{unknown}\", expected {known}")));
     }
     if !planes.is_empty() || !cameras.is_empty() {

@@ -74,7 +74,12 @@ impl<'a, const C: usize> Lamps<'a, C> {
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
     /// and some 10 ns a candidate.
     pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
-        let offset = stream.uniform();
+        self.direct_from(stream.uniform(), from, normal, stream)
+    }
+
+    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls for one
+    /// point spread theirs evenly.
+    pub fn direct_from(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
         let (mut whole, mut chosen) = (0.0_f32, None);
         for candidate in 0..self.candidates {
             let share = (candidate as f32 + offset) / self.candidates as f32;

@@ -43,9 +43,8 @@ fn safe(name: &str) -> String {
 /// `stem`, or `stem-2`, `stem-3` … where that with one of the `endings` is taken.
 fn first_free(stem: &str, endings: &[&str], taken: &mut HashSet<String>) -> String {
     let numbered = (2..).map(|number: u32| format!("{stem}-{number}"));
-    let files = |name: &str| -> Vec<String> {
-        endings.iter().map(|ending| format!("{name}{ending}").to_lowercase()).collect()
-    };
+    let files =
+        |name: &str| -> Vec<String> { endings.iter().map(|ending| format!("{name}{ending}").to_lowercase()).collect() };
     let free = std::iter::once(stem.to_owned())
         .chain(numbered)
         .find(|name| files(name).iter().all(|file| !taken.contains(file)))

@@ -26,7 +26,12 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
         warnings(&run.warnings),
         overview(results),
         planes,
-        results.images.iter().enumerate().map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[]))).collect(),
+        results
+            .images
+            .iter()
+            .enumerate()
+            .map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[])))
+            .collect(),
         sensors(results),
         flux_balance(run),
         times(run),

@@ -64,9 +64,8 @@ impl Camera {
         let depth = to.dot(self.forward);
         let [columns, rows] = self.pixels.map(|side| side as f64);
         let per_pixel = 1.0 / (depth * self.pixel_side());
-        (depth > 0.0).then(|| {
-            [columns / 2.0 + to.dot(self.right) * per_pixel, rows / 2.0 - to.dot(self.up) * per_pixel]
-        })
+        (depth > 0.0)
+            .then(|| [columns / 2.0 + to.dot(self.right) * per_pixel, rows / 2.0 - to.dot(self.up) * per_pixel])
     }
 }
 
@@ -96,7 +95,8 @@ mod tests {
     /// A place's ray meets points that are seen at that place.
     #[test]
     fn places_and_rays_are_each_others_inverse() {
-        let camera = camera(DVec3::new(3.0, -2.0, 1.0).normalize(), DVec3::new(0.1, 0.2, 1.0).normalize(), 50.0, [64, 48]);
+        let camera =
+            camera(DVec3::new(3.0, -2.0, 1.0).normalize(), DVec3::new(0.1, 0.2, 1.0).normalize(), 50.0, [64, 48]);
         for place in [[0.0, 0.0], [12.5, 30.25], [64.0, 48.0], [63.5, 0.5]] {
             let found = camera.place(camera.eye + camera.direction(place) * 7.0).expect("in front");
             assert!((found[0] - place[0]).abs() + (found[1] - place[1]).abs() < 1e-9, "{found:?} for {place:?}");

@@ -345,7 +345,8 @@ fn cameras(
         }
         let eye = fields.metres("eye")?.ok_or_else(|| fields.missing("eye", "[x, y, z] (m)"))?.value;
         let [forward, right, up] = view_axes(&fields, eye)?;
-        let fov = fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
+        let fov =
+            fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
         let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
         let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
         cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
@@ -361,9 +362,8 @@ fn view_axes(fields: &Fields, eye: DVec3) -> Result<[DVec3; 3], InputError> {
         return Err(fields.refusal("look_at", "a point other than eye"));
     };
     let sides = match fields.direction("up")? {
-        Some(up) => Camera::sides(forward, up.value).ok_or_else(|| {
-            fields.refusal("up", "a direction other than that from eye to look_at, or its opposite")
-        })?,
+        Some(up) => Camera::sides(forward, up.value)
+            .ok_or_else(|| fields.refusal("up", "a direction other than that from eye to look_at, or its opposite"))?,
         None => Camera::sides(forward, DVec3::Z)
             .or_else(|| Camera::sides(forward, DVec3::Y))
             .expect("no direction is parallel to both z and y"),
