@@ -41,6 +41,8 @@ const LAMP: &str = "[[luminaire]]\nname = \"L\"\nposition = [0.5, 0.5, 2]\nflux 
 const SENSOR: &str = "[[sensor]]\nname = \"desk\"\nposition = [0.5, 0.5, 1]\nnormal = [0, 0, 1]\n";
 const PLANE: &str =
     "[[plane]]\nname = \"floor\"\ncorner = [0, 0, 0]\nalong = [6, 0, 0]\nacross = [0, 7, 0]\ncells = [6, 7]\n";
+const CAMERA: &str =
+    "[[camera]]\nname = \"view\"\neye = [0, 0, 1.5]\nlook_at = [4, 5, 1]\nfov = 60\npixels = [96, 54]\n";
 const OBJ: &str = "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 3\nusemtl floor\nf 1 2 3 4\n";
 const MTL: &str = "newmtl floor\nKd 0.2 0.2 0.2\n";
 
@@ -193,8 +195,8 @@ fn sections_that_lack_something() {
     );
     assert_eq!(
         says(&format!("{LAMP}{MESH}")),
-        "scene.toml: found neither a [[plane]] nor a [[sensor]] nor a [[surface]], expected at least one of them; they say where illuminance \
-         is wanted"
+        "scene.toml: found neither a [[plane]] nor a [[sensor]], [[surface]] or [[camera]], expected at least one of them; \
+         they say where illuminance is wanted"
     );
     assert_eq!(
         says(&format!("{MESH}{SENSOR}")),
@@ -429,12 +431,48 @@ fn render_options_that_can_t_be() {
 }
 
 #[test]
-fn cameras_are_still_to_come() {
+fn cameras_that_can_t_be() {
+    let camera_says = |old: &str, new: &str| says(&format!("{LAMP}{}", CAMERA.replace(old, new)));
+    assert_eq!(camera_says("", ""), "loaded: ");
     assert_eq!(
-        says(&format!("{LAMP}{SENSOR}[[camera]]\nname = \"view\"\n")),
-        "scene.toml:9: found a [[camera]], expected measuring planes and sensors; camera images aren't in this version yet; \
-         measuring planes and sensors are"
+        camera_says("fov = 60\n", ""),
+        "scene.toml:5: found [[camera]] without fov, expected fov = 60 (degrees from bottom to top)"
     );
+    assert_eq!(
+        camera_says("fov = 60", "fov = 180"),
+        "scene.toml:9: found fov = 180 in [[camera]], expected degrees from bottom to top, from 0.01 to 170"
+    );
+    assert_eq!(
+        camera_says("[4, 5, 1]", "[0, 0, 1.5]"),
+        "scene.toml:8: found look_at = [0, 0, 1.5] in [[camera]], expected a point other than eye"
+    );
+    assert_eq!(
+        camera_says("pixels = [96, 54]", "pixels = [96000, 54000]"),
+        "scene.toml:10: found pixels = [96000, 54000] in [[camera]], expected two whole numbers from 1 up, at most 25000000 \
+         pixels in all"
+    );
+    assert_eq!(
+        camera_says("fov = 60", "up = [8, 10, -1]\nfov = 60"),
+        "scene.toml:9: found up = [8, 10, -1] in [[camera]], expected a direction other than that from eye to look_at, or \
+         its opposite"
+    );
+    assert_eq!(
+        camera_says("fov = 60", "angle = 60"),
+        "scene.toml:9: found unknown key \"angle\" in [[camera]], expected one of name, eye, look_at, up, fov, pixels"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}{PLANE}{}", CAMERA.replace("view", "Floor"))),
+        "scene.toml:12: found name = \"Floor\" in [[camera]], expected a name that no [[plane]] has; both are written as \
+         NAME.exr"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}{CAMERA}{CAMERA}")),
+        "scene.toml:12: found a second camera named \"view\", expected a name of its own for each; the first is at \
+         scene.toml:6"
+    );
+    // Straight down and straight up: the image's top is then the world's y, as in a plan.
+    assert_eq!(camera_says("[4, 5, 1]", "[0, 0, 0]"), "loaded: ");
+    assert_eq!(camera_says("[4, 5, 1]", "[0, 0, 3]"), "loaded: ");
 }
 
 #[test]
@@ -615,7 +653,7 @@ fn warnings() {
 #[test]
 fn no_byte_makes_it_panic() {
     let toml = format!(
-        "{MESH}{LAMP}opening = {{ rectangle = [1, 1] }}\narray = {{ count = [2, 2], pitch = [1, 1] }}\n{SENSOR}{PLANE}\
+        "{MESH}{LAMP}opening = {{ rectangle = [1, 1] }}\narray = {{ count = [2, 2], pitch = [1, 1] }}\n{SENSOR}{PLANE}{CAMERA}\
          [material.floor]\nreflectance = 0.2\nspecular = 0.1\nroughness = 0.3\ntransmittance = [0.1, 0, 0]\n[render]\nphotons = 1e6\n"
     );
     let sound = [("scene.toml", toml.as_bytes()), ("room.obj", OBJ.as_bytes()), ("room.mtl", MTL.as_bytes())];

@@ -16,7 +16,6 @@ use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
 use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
-use crate::photon_map::NearestPhotons;
 
 /// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.
@@ -26,7 +25,7 @@ const DEEPEST: u32 = 1000;
 const RELUCTANCE: f32 = 4.0;
 
 /// Looks along the rays of a camera.
-pub struct Eye<'a, T, const C: usize> {
+pub struct Eye<'a, const C: usize> {
     /// Follows light backwards from the surfaces seen.
     pub sight: &'a Sight<'a, C>,
     /// The scene.
@@ -34,7 +33,7 @@ pub struct Eye<'a, T, const C: usize> {
     /// Where photons know the light, if they do.
     pub records: Option<Records<'a, C>>,
     /// The caustics, if there are any.
-    pub caustics: Option<&'a CausticMap<T, C>>,
+    pub caustics: Option<&'a CausticMap<C>>,
 }
 
 /// What one ray of a camera saw.
@@ -67,23 +66,25 @@ pub struct Arriving<const C: usize> {
 }
 
 /// What a ray may draw on.
-pub struct Draw<'s, T: NearestPhotons> {
+pub struct Draw<'s> {
     /// Point of the unit square that chooses the direction of the first ray from the surface.
     pub at: [f32; 2],
+    /// Number (0 … 1) that chooses the luminaires of the direct light there.
+    pub lamps: f32,
     /// How often caustics count in this ray: they are asked for once a pixel, and counted for all its rays.
     pub caustics: f64,
     /// Memory for the photons.
-    pub scratch: Option<&'s mut Scratch<T>>,
+    pub scratch: Option<&'s mut Scratch>,
     /// Random numbers.
     pub stream: &'s mut Stream,
     /// Counts rays.
     pub rays: &'s mut u64,
 }
 
-impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
+impl<const C: usize> Eye<'_, C> {
     /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what photons
     /// blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
-    pub fn look(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_, T>) -> Seen<C> {
+    pub fn look(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> Seen<C> {
         *draw.rays += 1;
         let Some(first) = self.caster.closest_hit(origin, direction, f32::INFINITY) else {
             return Seen { surface: None, luminance: [0.0; C] };
@@ -100,10 +101,10 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
     }
 
     /// Light that arrives at a surface on the side of its unit normal `normal`.
-    fn arriving(&self, hit: &Hit, normal: Vec3, draw: &mut Draw<'_, T>) -> Arriving<C> {
+    fn arriving(&self, hit: &Hit, normal: Vec3, draw: &mut Draw<'_>) -> Arriving<C> {
         let start = hit.leave(normal);
         *draw.rays += 1;
-        let mut direct = self.sight.direct(start, normal, draw.stream).map(f64::from);
+        let mut direct = self.sight.direct(draw.lamps, start, normal, draw.stream).map(f64::from);
         let direction = Stream::cosine_at(normal, draw.at);
         let mut indirect =
             self.sight.incoming_beside_direct(start, direction, self.records, &mut direct, draw.stream, draw.rays);
@@ -115,7 +116,7 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
     }
 
     /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is known.
-    fn luminance(&self, hit: Hit, direction: Vec3, mut known: Option<Arriving<C>>, draw: &mut Draw<'_, T>) -> [f64; C] {
+    fn luminance(&self, hit: Hit, direction: Vec3, mut known: Option<Arriving<C>>, draw: &mut Draw<'_>) -> [f64; C] {
         let (mut hit, mut direction) = (hit, direction);
         let mut luminance = [0.0; C];
         let (mut weight, mut absorption) = (Flux([1.0; C]), [0.0; C]);
@@ -151,7 +152,7 @@ impl<T: NearestPhotons, const C: usize> Eye<'_, T, C> {
                         let light = match known {
                             Some(light) if side == normal => light,
                             _ => {
-                                draw.at = draw.stream.uniform_pair();
+                                (draw.at, draw.lamps) = (draw.stream.uniform_pair(), draw.stream.uniform());
                                 self.arriving(&hit, side, draw)
                             }
                         };

@@ -8,7 +8,7 @@ use crate::gather::density::Search;
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
-use crate::photon_map::NearestPhotons;
+use crate::photon_map::{self, KdTree, NearestPhotons};
 
 /// Rays in the surface about a point that look for walls around it.
 const FAN: usize = 16;
@@ -73,26 +73,26 @@ impl<const C: usize> Recorder<C> for Caustics<C> {
 }
 
 /// Caustic photons in a tree, ready to be asked for their density.
-pub struct CausticMap<T, const C: usize> {
-    tree: T,
+pub struct CausticMap<const C: usize> {
+    tree: KdTree,
     photons: Caustics<C>,
     search: Search,
 }
 
 /// Memory a thread reuses from query to query.
-pub struct Scratch<T: NearestPhotons> {
-    tree: T::Scratch,
+pub struct Scratch {
+    tree: photon_map::Scratch,
     found: Vec<(u32, f32)>,
 }
 
-impl<T: NearestPhotons, const C: usize> CausticMap<T, C> {
+impl<const C: usize> CausticMap<C> {
     /// Builds the tree over one set of photons.
     pub fn build(photons: Caustics<C>, search: Search) -> Self {
-        Self { tree: T::build(&photons.positions), photons, search }
+        Self { tree: KdTree::build(&photons.positions), photons, search }
     }
 
     /// Fresh memory for queries.
-    pub fn scratch(&self) -> Scratch<T> {
+    pub fn scratch(&self) -> Scratch {
         Scratch { tree: self.tree.scratch(), found: Vec::new() }
     }
 
@@ -111,7 +111,7 @@ impl<T: NearestPhotons, const C: usize> CausticMap<T, C> {
         normal: Vec3,
         caster: &RayCaster,
         stream: &mut Stream,
-        scratch: &mut Scratch<T>,
+        scratch: &mut Scratch,
     ) -> [f64; C] {
         let Scratch { tree, found } = scratch;
         found.clear();

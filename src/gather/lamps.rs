@@ -155,8 +155,14 @@ impl<'a, const C: usize> Lamps<'a, C> {
     /// An estimate without bias of the direct illuminance (lx) at a point `from` (m) just off a surface with unit normal
     /// `normal`, from what of the luminaires is not nearer than [`near_squared`]; and the luminaire that stands for all.
     pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
+        self.direct_from(stream.uniform(), from, normal, stream)
+    }
+
+    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls for one
+    /// point spread theirs evenly.
+    pub fn direct_from(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
         let cosine = |aim: &Aim| if aim.near { 0.0 } else { aim.direction.dot(normal).max(0.0) };
-        self.aimed(from, cosine, stream).map_or(([0.0; C], 0), |aimed| (aimed.lux, aimed.luminaire))
+        self.aimed_from(offset, from, cosine, stream).map_or(([0.0; C], 0), |aimed| (aimed.lux, aimed.luminaire))
     }
 
     /// The same where `receive` says what light from each direction is worth, instead of its cosine; and the direction
@@ -166,7 +172,18 @@ impl<'a, const C: usize> Lamps<'a, C> {
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
     /// and some 10 ns a candidate.
     pub fn aimed(&self, from: Vec3, receive: impl Fn(&Aim) -> f32, stream: &mut Stream) -> Option<Aimed<C>> {
-        let offset = stream.uniform();
+        self.aimed_from(stream.uniform(), from, receive, stream)
+    }
+
+    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls for one
+    /// point spread theirs evenly.
+    fn aimed_from(
+        &self,
+        offset: f32,
+        from: Vec3,
+        receive: impl Fn(&Aim) -> f32,
+        stream: &mut Stream,
+    ) -> Option<Aimed<C>> {
         let (mut whole, mut chosen) = (0.0_f32, None);
         for candidate in 0..self.candidates {
             let share = (candidate as f32 + offset) / self.candidates as f32;

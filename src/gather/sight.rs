@@ -223,9 +223,10 @@ impl<'a, const C: usize> Sight<'a, C> {
         self.follow(origin, direction, records, Some(near), stream, rays, &mut ())
     }
 
-    /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see [`Lamps::direct`].
-    pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
-        self.lamps.direct(from, normal, stream).0
+    /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see
+    /// [`Lamps::direct_from`].
+    pub fn direct(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
+        self.lamps.direct_from(offset, from, normal, stream).0
     }
 
     /// What a hit surface does with light.

@@ -48,11 +48,13 @@ impl<const C: usize> Rendering<'_, C> {
         caster: &RayCaster,
     ) -> Vec<CameraImage> {
         let engine = Engine::new(self, places, caster);
-        let centre = self.scene.centre;
-        let view = |sight| self.scene.cameras.iter().map(move |camera| View::new(camera, centre, sight, caster));
-        let mut views: Vec<View<'_, C>> = engine.sight.iter().flat_map(view).collect();
+        let (scene, mut views) = (self.scene, Vec::new());
+        if let (Some(sight), false) = (&engine.sight, scene.cameras.is_empty()) {
+            let view = |camera| View::new(camera, scene.centre, sight, caster);
+            views = self.timed("camera rays", 1, |_| scene.cameras.iter().map(view).collect());
+        }
         self.repeat::<T>(&engine, places, &mut views);
-        views.iter().map(|view| view.image(centre)).collect()
+        views.iter().map(|view| view.image(scene.centre)).collect()
     }
 
     fn repeat<T: NearestPhotons>(
@@ -158,7 +160,7 @@ impl<const C: usize> Rendering<'_, C> {
                     let caustics = (!caustics.is_empty()).then(|| {
                         let photons = self.settings.photons as f64 / rounds as f64;
                         let searches = Searches::new(self.plan.method, self.settings, self.diagonal, photons);
-                        CausticMap::<T, C>::build(caustics, searches.of_pass(round as u32).sharp)
+                        CausticMap::<C>::build(caustics, searches.of_pass(round as u32).sharp)
                     });
                     let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
                     self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
@@ -174,9 +176,9 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// One round's rays of every camera that doesn't rest, in `batches` independent parts.
-    fn look_from_cameras<T: NearestPhotons>(
+    fn look_from_cameras(
         &mut self,
-        eye: &Eye<'_, T, C>,
+        eye: &Eye<'_, C>,
         views: &mut [View<'_, C>],
         resting: &[bool],
         round: u64,

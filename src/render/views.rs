@@ -14,7 +14,6 @@ use crate::gather::camera::{Draw, Eye, first_surface};
 use crate::gather::sight::Sight;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
-use crate::photon_map::NearestPhotons;
 use crate::report::{CameraImage, Layer};
 use crate::scene::Camera;
 
@@ -66,8 +65,8 @@ impl<const C: usize> Pixel<C> {
 }
 
 /// What one batch of rays may ask.
-pub(super) struct Batch<'e, T, const C: usize> {
-    pub(super) eye: &'e Eye<'e, T, C>,
+pub(super) struct Batch<'e, const C: usize> {
+    pub(super) eye: &'e Eye<'e, C>,
     pub(super) seed: Seed,
     /// Rays a pixel.
     pub(super) rays: u64,
@@ -105,7 +104,7 @@ impl<'a, const C: usize> View<'a, C> {
     }
 
     /// Adds a batch of rays to every pixel, row by row; returns how many were cast in all.
-    pub(super) fn look<T: NearestPhotons>(&mut self, batch: &Batch<'_, T, C>, progress: impl Fn(u64) + Sync) -> u64 {
+    pub(super) fn look(&mut self, batch: &Batch<'_, C>, progress: impl Fn(u64) + Sync) -> u64 {
         let camera = self.camera;
         let columns = camera.pixels[0];
         let (origin, count) = (camera.eye.as_vec3(), batch.rays);
@@ -118,12 +117,14 @@ impl<'a, const C: usize> View<'a, C> {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let mut stream = batch.seed.stream((row * columns + column) as u64);
                 let [place_shift, direction_shift] = [stream.uniform_pair(), stream.uniform_pair()];
+                let lamp_shift = stream.uniform();
                 let mut sum = 0.0;
                 for ray in 0..count {
                     let [x, y] = super::low_discrepancy(ray, place_shift).map(f64::from);
                     let direction = camera.direction([column as f64 + x, row as f64 + y]).as_vec3();
                     let mut draw = Draw {
                         at: super::low_discrepancy(ray, direction_shift),
+                        lamps: ((ray as f32 + lamp_shift) / count as f32).min(0.999_999_9),
                         caustics: if ray == 0 { count as f64 } else { 0.0 },
                         scratch: scratch.as_mut(),
                         stream: &mut stream,
@@ -184,7 +185,8 @@ impl<'a, const C: usize> View<'a, C> {
         let position = |axis: usize| self.places.iter().map(|(_, position)| position[axis]).collect();
         CameraImage {
             name: camera.name.clone(),
-            eye: camera.eye + centre,
+            // To a nanometre: moving the scene to its middle and back has left a rounding error.
+            eye: ((camera.eye + centre) * 1e9).round() / 1e9,
             forward: camera.forward,
             up: camera.up,
             fov: camera.fov,

@@ -188,7 +188,9 @@ impl Plan {
             _ if bounces && method != Method::Gather => {
                 decide(true, "camera rays", format!("go on from surface to surface with method {name}, as paths"))
             }
-            cameras => decide(true, "camera rays", format!("from the surfaces that {cameras} in the scene see")),
+            cameras => {
+                decide(true, "camera rays", format!("{cameras} in the scene; light is gathered only where they look"))
+            }
         };
         let densities = photons && caustics && !scene.cameras.is_empty();
         if densities {
