@@ -457,7 +457,7 @@ fn the_tone_mapped_picture_shows_middle_grey_and_white_where_reinhard_puts_them(
 fn cameras_have_three_files_each_and_stand_in_every_summary() {
     let folder = Folder::new();
     let maps = vec![map("view-lux", [3, 3], |x, y| (x + y) as f64)];
-    let results = Results { run: run(), maps, sensors: vec![], images: vec![view(3)] };
+    let results = Results { run: run(), maps, sensors: vec![], surfaces: vec![], images: vec![view(3)] };
     write(&results, &folder.0, &ExtraLayers::default()).unwrap();
     let names = folder.names();
     assert!(
