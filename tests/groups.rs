@@ -3,6 +3,7 @@
 mod common;
 
 use common::{room, run_with, scene, sensor, shipped};
+use luxmap::luminaire::Luminaire;
 use luxmap::render::{Settings, render};
 use luxmap::report::{ExtraLayers, IlluminanceMap, Results, exr::group_layers, write};
 use luxmap::scene::Scene;
@@ -257,9 +258,11 @@ fn the_papers_estimator_refuses_groups() {
 fn too_many_groups_are_refused() {
     let mut scene = grey("too_many");
     scene.planes[0].cells = [5000, 5000];
+    let lamp = scene.luminaires[0].clone();
+    scene.luminaires = (0..20).map(|number| Luminaire { group: format!("lamp {number}"), ..lamp.clone() }).collect();
     let plan = Plan::new(&scene, Method::Gather);
     let message = render(&scene, &plan, &settings(Method::Gather, 1, true), &()).expect_err("too much").to_string();
-    assert!(message.contains("3 light groups at 25000003 points") && message.contains("at most 4 GB"), "{message}");
+    assert!(message.contains("20 light groups at 25000003 points") && message.contains("at most 4 GB"), "{message}");
 }
 
 /// Layers of the EXR file have names any program can read, each once; the file tells what they stand for, and CSV and JSON have the
