@@ -115,9 +115,10 @@ fn panel(test: &str, roughness: f64, lamp: &str) -> Scene {
 }
 
 /// A rough metal panel throws the same light on the floor whether it is found by rays or by photons, be the lamp a point, a
-/// disc or a rectangle, and the mirror sharp or blunt: all methods agree within their claims, and the reflected light's
-/// mean within 1.3 claims (of which a third at most is common to all points). What the panel brings is told from direct
-/// light, which is exact.
+/// disc or a rectangle, and the mirror sharp or blunt. Compared are means of what is reflected (direct light is exact). Their
+/// errors: n photons that land know it by 1/√n; unsmoothed points of `path` are independent, so their mean's error is a
+/// twentieth of a point's; `gather` is `path` on blunt metal, as nothing here is diffuse, and counts photons on sharp metal.
+/// 4.5 σ, and 1 % for the photon density's bias beside the panel's foot.
 #[test]
 fn rays_and_photons_agree_on_rough_metal() {
     for (name, lamp) in
@@ -125,25 +126,30 @@ fn rays_and_photons_agree_on_rough_metal() {
     {
         for roughness in [0.1, 0.4] {
             let scene = panel(name, roughness, lamp);
-            let [reference, others @ ..] =
-                [(Method::Split, 3), (Method::Gather, 8), (Method::Path, 16), (Method::Photons, 1)]
-                    .map(|(method, count)| (method, passes(&scene, method, count, 5)));
-            let direct = reference.1.maps[0].direct.as_ref().expect("split knows direct light");
+            let run = |method, passes| {
+                let settings = Settings::for_plan(&Plan::new(&scene, method));
+                let settings = Settings { passes: Some(passes), smooth: false, seed: 5, ..settings };
+                let results = run_with(&scene, method, &settings);
+                (mean(&results.maps[0]), claim(&results.maps[0]), results)
+            };
+            let (split, _, results) = run(Method::Split, 3);
+            let direct = results.maps[0].direct.as_ref().expect("split knows direct light");
             let direct = direct.iter().sum::<f64>() / direct.len() as f64;
-            let reflected = |results: &Results| mean(&results.maps[0]) - direct;
-            let sigma = |results: &Results| claim(&results.maps[0]) * mean(&results.maps[0]);
-            assert!(reflected(&reference.1) > 0.02 * direct, "the panel must matter");
-            for (method, results) in &others {
-                let off = reflected(results) - reflected(&reference.1);
-                let bound = 1.3 * sigma(results).hypot(sigma(&reference.1));
-                let share = 100.0 / reflected(&reference.1);
-                println!(
-                    "{name} {roughness} {}: {:+.2} % of what is reflected, bound {:.2} %",
-                    method.name(),
-                    off * share,
-                    bound * share
-                );
-                assert!(off.abs() < bound, "{name}, α = {roughness}, {}: {off} lx, bound {bound}", method.name());
+            let reflected = split - direct;
+            assert!(reflected > 0.02 * direct, "the panel must matter");
+            // Error of a mean of which `photons` photons tell `lux`, as a share of what is reflected.
+            let counted =
+                |lux: f64, photons: f64| (lux * 4.0 / 5000.0 * photons).sqrt() / (reflected * 4.0 / 5000.0 * photons);
+            for (method, passes) in [(Method::Gather, 8), (Method::Path, 16), (Method::Photons, 2)] {
+                let (found, claim, _) = run(method, passes);
+                let sigma = match method {
+                    Method::Photons => counted(direct + reflected, 2e6),
+                    Method::Gather if roughness < 0.2 => counted(reflected, 8e6),
+                    _ => claim * found / 20.0 / reflected,
+                };
+                let bound = 4.5 * sigma.hypot(counted(reflected, 3e6)) + 0.01;
+                assert_close(&format!("{name} {roughness} {}", method.name()), found - direct, reflected, bound);
+                assert!(bound < 0.35, "the test must be able to fail");
             }
         }
     }
@@ -273,7 +279,7 @@ fn flux_balances_on_both_sides_of_a_sheet() {
             // The mean of a map is known better than its points are, but not by a factor that anyone promised. 24 cells
             // resolve E near the lamp to 0.2 %.
             assert!((kept - expected).abs() < 0.5 * error + 2e-3 * flux, "{}: {kept} lm", method.name());
-            assert!(error < 0.05 * flux, "{}: the test must be able to fail: {error}", method.name());
+            assert!(error < 0.06 * flux, "{}: the test must be able to fail: {error}", method.name());
         }
         assert!(walls(6) > 0.1 * walls(0), "light must get through");
     }
@@ -373,20 +379,5 @@ fn threads_change_nothing() {
         };
         let one = on(1);
         assert!(one == on(2) && one == on(7), "{}: threads change the result", method.name());
-    }
-}
-
-#[test]
-fn temporary_bias() {
-    for roughness in [0.25, 0.6] {
-        let scene = panel("bias", roughness, "");
-        for seed in [11, 12] {
-            let a = passes(&scene, Method::Path, 300, seed);
-            let b = passes(&scene, Method::Split, 16, seed);
-            let direct = b.maps[0].direct.as_ref().unwrap();
-            let direct = direct.iter().sum::<f64>() / direct.len() as f64;
-            let (a, b) = (mean(&a.maps[0]) - direct, mean(&b.maps[0]) - direct);
-            println!("BIAS {roughness} {a} {b} {}", a / b - 1.0);
-        }
     }
 }
