@@ -133,7 +133,7 @@ fn against_plane(image: &CameraImage, map: &IlluminanceMap, seen: impl Fn(usize)
 
 /// E in the image is E on the measuring plane that the pixel sees, whatever the method, in a coloured room with shadows.
 /// Errors of pixels have 15 degrees of freedom: 93.6 % lie within 2 σ, and the sharp shadow edges that a pixel averages
-/// otherwise than a cell take a few. Means agree within the planes' common error, a third of the claim of 1.5 %.
+/// otherwise than a cell take a few. Means agree within three of the common error of photons and rays, a third of a percent each.
 #[test]
 fn a_camera_reads_what_the_measuring_plane_reads() {
     let view = camera([1.0, 0.1, 1.6], [1.0, 1.0, 0.0], 75.0, [96, 72]);
@@ -147,38 +147,42 @@ fn a_camera_reads_what_the_measuring_plane_reads() {
         let [within, ratio] = against_plane(image, &reference.maps[0], on_floor);
         println!("{}: {within:.3} within 2 σ, ratio of means {ratio:.4}, claim {:.4}", method.name(), image.claim);
         assert!(within > 0.89, "{}: {within} within 2 σ", method.name());
-        assert!((ratio - 1.0).abs() < 0.006, "{}: means differ by {ratio}", method.name());
+        assert!((ratio - 1.0).abs() < 0.01, "{}: means differ by {ratio}", method.name());
         assert!(image.illuminance.0.len() == 3, "a coloured scene has three channels");
     }
 }
 
 /// Caustics are seen where they fall, and as bright: E of the floor under a glass sphere and before a mirror, by the
 /// densities on the surface that a camera asks for and by those on the measuring plane, which know nothing of each other.
-/// Blocks of 0.25 m, since both blur a focus in their own way.
+/// Blocks of 0.25 m, since both blur a focus in their own way, and three claims: beside the mirror few rays find its lamp.
 #[test]
 fn a_camera_sees_caustics_as_bright_as_the_plane_does() {
     let view = camera([1.5, 0.15, 2.1], [1.5, 1.5, 0.0], 75.0, [120, 90]);
     let scene = shipped_with("camera_caustic", "caustic.toml", &view);
     let results = passes(&scene, Method::Gather, 2, 4);
     let (image, map) = (&results.images[0], &results.maps[0]);
-    let mut blocks = std::collections::BTreeMap::<[u32; 2], [f64; 3]>::new();
+    let mut blocks = std::collections::BTreeMap::<[u32; 2], [f64; 4]>::new();
     for pixel in 0..image.len() {
         let [x, y, z] = position(image, pixel);
         let cell = [x, y].map(|along| (along / 0.02) as usize);
         if z < 1e-4 && image.normal.0[2][pixel] > 0.9999 && cell[0] < 150 && cell[1] < 150 {
             let block = blocks.entry([x, y].map(|along| (along / 0.25) as u32)).or_default();
             let expected = map.value(cell[1] * 150 + cell[0]).unwrap_or(0.0);
-            *block = [block[0] + image.illuminance.photometric(pixel), block[1] + expected, block[2] + 1.0];
+            let found = image.illuminance.photometric(pixel);
+            let variance =
+                f64::from(image.standard_error[pixel]).powi(2) + map.standard_error[cell[1] * 150 + cell[0]].powi(2);
+            *block = [block[0] + found, block[1] + expected, block[2] + 1.0, block[3] + variance];
         }
     }
     let whole = blocks.values().fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]]);
     assert_close("E of the floor", whole[0], whole[1], 0.02);
     let brightest = blocks.values().map(|block| block[1] / block[2]).fold(0.0, f64::max);
     let seen = blocks.values().filter(|block| block[2] >= 30.0);
-    for [found, expected, pixels] in seen {
-        let (found, expected) = (found / pixels, expected / pixels);
-        println!("{found:8.1} {expected:8.1} {pixels}");
-        assert!((found - expected).abs() < 0.1 * expected + 0.02 * brightest, "{found} lx, on the plane {expected} lx");
+    for [found, expected, pixels, variance] in seen {
+        let (found, expected, claim) = (found / pixels, expected / pixels, variance.sqrt() / pixels);
+        println!("{found:8.1} {expected:8.1} {claim:8.1} {pixels}");
+        let bound = 0.1 * expected + 0.02 * brightest + 3.0 * claim;
+        assert!((found - expected).abs() < bound, "{found} lx, on the plane {expected} lx");
     }
 }
 

@@ -137,7 +137,8 @@ fn keys_nobody_knows() {
     );
     assert_eq!(
         luminaire_says("opening = { disk = 0.3 }"),
-        "scene.toml:5: found unknown key \"disk\" in opening of [[luminaire]], expected one of rectangle, disc; did you \
+        "scene.toml:5: found unknown key \"disk\" in opening of [[luminaire]], expected one of rectangle, disc, \
+         ellipse, box, cylinder, tube, sphere, ellipsoid; did you \
          mean disc?"
     );
 }
@@ -220,8 +221,8 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("photometry = \"panel.ies\""),
-        "scene.toml:5: found photometry = \"panel.ies\" in [[luminaire]], expected \"lambertian\" or \"isotropic\"; \
-         measured photometry isn't in this version yet"
+        "scene.toml:5: found photometry = \"panel.ies\" (there is no such file), expected a photometric file (.ies, .ldt), \
+         \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
     );
     assert_eq!(
         luminaire_says("opening = { disc = 1 }\nphotometry = \"isotropic\""),
