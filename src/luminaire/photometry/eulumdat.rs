@@ -8,7 +8,7 @@
 //!   factor × flux / 1000.
 //! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over C0 to
 //!   C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
-//! - C0 lies across the lamp, C90 along it (`opening.rs`). Planes count counterclockwise seen from above, C0 towards +x
+//! - C0 is taken to lie across the lamp, C90 along it (`opening.rs`). Planes are taken to count counterclockwise seen from above, C0 towards +x
 //!   and C90 towards +y, the same as in LM-63.
 //! - C-planes and γ angles in descending order are taken, with a note.
 //! - The flux declared for the luminaire is that of the lamps × LORL.

@@ -10,13 +10,13 @@
 //!   ballast-lamp photometric factor). That was "for future use" from 1995 and tells how the file was made from 2019, so
 //!   there it isn't a factor. Radiance's `ies2rad` does the same.
 //! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as `ies2rad` has it
-//!   since 2021: C0 towards +x, C90 towards +y.
+//!   since 1993 (until then it mirrored): C0 towards +x, C90 towards +y.
 //! - **Tilt**: some lamps give less light when they are tilted. The factors say how much by the luminaire's tilt; where it
 //!   hangs as it was measured the tilt is 0°, and that factor is what intensities are multiplied by. [`Tilt`] keeps all.
 //! - Type A and B become type C (`table.rs` tells how).
 //!
-//! Sources: ANSI/IESNA LM-63-02; the notes on all editions in Radiance's `ies2rad.c`; I. Ashdown, "Parsing the IESNA LM-63
-//! Photometric Data File" (1998); Lighting Analysts' knowledge base on complete ranges of angles.
+//! Sources: definitions of ANSI/IESNA LM-63-02; the notes on all editions in Radiance's `ies2rad.c` 2.35; Autodesk's summary of
+//! LM-63-1991; Lighting Analysts' knowledge base on complete ranges of angles.
 
 use std::path::{Component, Path};
 

@@ -6,7 +6,8 @@
 //! 2002/2019. A code that its own edition lacks but another one has is common (discs of 1995 under a header of 2002), and
 //! taken with a note.
 //!
-//! In EULUMDAT C0 is the plane *across* the lamp (CIE 121, EN 13032-1), so its *length* lies along C90.
+//! EULUMDAT doesn't say which way its *length* lies. C0 is taken for the plane *across* the lamp, the European custom for linear
+//! luminaires, so length lies along C90.
 
 use super::Format;
 

@@ -2,7 +2,7 @@
 //!
 //! **Type C** is kept as it is; symmetries are unfolded.
 //!
-//! **Type A and B** (CIE 121; IES LM-75; LM-63-2002, chapter 3). Photometric zero (the nadir) is V 0°, H 0° in type B and
+//! **Type A and B** (LM-63-2002, chapter 3). Photometric zero (the nadir) is V 0°, H 0° in type B and
 //! V −90° in type A, photometric horizontal (90° up in the plane C0) is V 90°, H 0° in type B and V 0°, H 0° in type A; H
 //! runs clockwise seen from above, against C. So with x along C0, y along C90 and z up,
 //! - type A looks at (cos V cos H, −cos V sin H, sin V): C = −H and γ = 90° + V, the same planes under other names;
