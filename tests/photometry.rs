@@ -1,4 +1,5 @@
-//! Photometric files: what is known about a distribution, written in every edition and symmetry, has to come out again.
+//! Photometric files: what is known about a distribution, written in every edition and symmetry, has to come out
+//! again.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -12,13 +13,14 @@ use luxmap::photon::random::{Seed, Stream};
 /// Steps of the tables written here, degrees.
 const STEP: [f64; 2] = [15.0, 5.0];
 
-/// Error of reading between the entries, cd: linear interpolation errs by max |f″| h²/8 in each direction. |∂²I/∂γ²| stays
-/// under 6000 cd/rad² and |∂²I/∂C²| under 1000.
+/// Error of reading between the entries, cd: linear interpolation errs by max |f″| h²/8 in each direction. |∂²I/∂γ²|
+/// stays under 6000 cd/rad² and |∂²I/∂C²| under 1000.
 fn between() -> f64 {
     (1000.0 * STEP[0].to_radians().powi(2) + 6000.0 * STEP[1].to_radians().powi(2)) / 8.0
 }
 
-/// Error of the flux, a part of it: as above, relative to cos γ alone, for waves over C have no flux, nor errors of it.
+/// Error of the flux, a part of it: as above, relative to cos γ alone, for waves over C have no flux, nor errors of
+/// it.
 fn of_flux() -> f64 {
     6.0 * STEP[1].to_radians().powi(2) / 8.0
 }
@@ -629,7 +631,8 @@ fn hurt_files_are_read_or_refused() {
     assert!((300..2700).contains(&read), "{read} of 3000 files read: too few or too many to tell anything");
 }
 
-/// Flux of the one plane that all LM-63 files of photometric-viewer share, integrated in steps of a thousandth of a degree.
+/// Flux of the one plane that all LM-63 files of photometric-viewer share, integrated in steps of a thousandth of a
+/// degree.
 fn flux_of_viewer(values: &[f64]) -> f64 {
     let at = |gamma: f64| {
         let i = ((gamma / 2.5) as usize).min(values.len() - 2);

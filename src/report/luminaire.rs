@@ -1,11 +1,11 @@
 //! What a photometric file says, for a person and for a program, and the polar diagram.
 //!
-//! `luminaire.json` is one object, keys in a fixed order, each with its unit in its name: `luxmap`, `file`, `format`, `name`,
-//! `catalogue`, `manufacturer`, `remarks`, `lamps` (`count`, `name`, `flux_lm`, `power_w`, `colour`, `rendering`, `absolute`),
-//! `type`, `symmetry`, `planes`, `angles`, `opening` (`shape`, `c0_m`, `c90_m`, `height_m`, `sides_m`), `flux_lm` (computed),
-//! `declared_flux_lm`, `declared_share_down`, `share_down`, `power_w`, `efficacy_lm_per_w`, `max_cd`, `max_c_deg`,
-//! `max_gamma_deg`, `beam_deg` and `field_deg` (in C0/C180 and C90/C270: from, to and the angle between), `notes`. What a file
-//! doesn't tell is null or empty.
+//! `luminaire.json` is one object, keys in a fixed order, each with its unit in its name: `luxmap`, `file`, `format`,
+//! `name`, `catalogue`, `manufacturer`, `remarks`, `lamps` (`count`, `name`, `flux_lm`, `power_w`, `colour`,
+//! `rendering`, `absolute`), `type`, `symmetry`, `planes`, `angles`, `opening` (`shape`, `c0_m`, `c90_m`, `height_m`,
+//! `sides_m`), `flux_lm` (computed), `declared_flux_lm`, `declared_share_down`, `share_down`, `power_w`,
+//! `efficacy_lm_per_w`, `max_cd`, `max_c_deg`, `max_gamma_deg`, `beam_deg` and `field_deg` (in C0/C180 and C90/C270:
+//! from, to and the angle between), `notes`. What a file doesn't tell is null or empty.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -38,8 +38,8 @@ pub struct Figures {
     pub field: [Spread; 2],
 }
 
-/// The outermost directions of a section that reach a share of its largest intensity, seen from the axis in whose half space
-/// that largest is; degrees from it, positive towards the first plane of the section.
+/// The outermost directions of a section that reach a share of its largest intensity, seen from the axis in whose
+/// half space that largest is; degrees from it, positive towards the first plane of the section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
     /// The one on the other side.
@@ -117,7 +117,8 @@ impl Section {
         Self { points, largest: down.max(up) }
     }
 
-    /// Where intensity reaches a share of the largest: outermost within 90° of the axis, and on from there if it still does.
+    /// Where intensity reaches a share of the largest: outermost within 90° of the axis, and on from there if it
+    /// still does.
     fn spread(&self, share: f64) -> Spread {
         let (points, threshold) = (&self.points, share * self.largest);
         let reaches = |point: &[f64; 2]| point[1] >= threshold;
@@ -372,7 +373,8 @@ pub fn json(path: &Path, photometry: &Photometry, figures: &Figures) -> String {
     text
 }
 
-/// Writes `polar.svg`, `polar.png` and `luminaire.json` into a folder, making it where it's missing; returns their paths.
+/// Writes `polar.svg`, `polar.png` and `luminaire.json` into a folder, making it where it's missing; returns their
+/// paths.
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written.

@@ -1,15 +1,16 @@
-//! EULUMDAT (`.ldt`; A. W. Stockmar, "EULUMDAT – ein Leuchtendatenformat für den europäischen Beleuchtungsplaner", Licht '90).
+//! EULUMDAT (`.ldt`; A. W. Stockmar, "EULUMDAT – ein Leuchtendatenformat für den europäischen Beleuchtungsplaner",
+//! Licht '90).
 //!
-//! One item a line: 26 lines about the luminaire, six for each set of lamps, ten direct ratios, the C-planes, the γ angles,
-//! and intensities in cd per 1000 lm of the lamps.
+//! One item a line: 26 lines about the luminaire, six for each set of lamps, ten direct ratios, the C-planes, the γ
+//! angles, and intensities in cd per 1000 lm of the lamps.
 //!
-//! - Sets of lamps are alternatives; the first counts. A negative number of lamps means absolute photometry (Lighting Analysts
-//!   and DIAL, 2009): the flux is that of the luminaire. Intensities are cd/klm in both cases, so I = value × conversion
-//!   factor × flux / 1000.
-//! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over C0 to
-//!   C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
-//! - C0 lies across the lamp, C90 along it (`opening.rs`). Planes count counterclockwise seen from above, C0 towards +x
-//!   and C90 towards +y, the same as in LM-63.
+//! - Sets of lamps are alternatives; the first counts. A negative number of lamps means absolute photometry (Lighting
+//!   Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities are cd/klm in both cases, so I = value
+//!   × conversion factor × flux / 1000.
+//! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over
+//!   C0 to C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
+//! - C0 is taken to lie across the lamp, C90 along it (`opening.rs`). Planes are taken to count counterclockwise seen
+//!   from above, C0 towards +x and C90 towards +y, the same as in LM-63.
 //! - C-planes and γ angles in descending order are taken, with a note.
 //! - The flux declared for the luminaire is that of the lamps × LORL.
 

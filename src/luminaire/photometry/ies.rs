@@ -1,22 +1,22 @@
 //! LM-63 ("IES files"), editions 1986 to 2019.
 //!
-//! A first line tells the edition (none: 1986), labels follow up to `TILT=`, then numbers in a fixed order, parted by white
-//! space or commas and broken over lines anywhere:
-//! lamps, lumens a lamp (−1: absolute photometry), multiplier, number of vertical and of horizontal angles, type (1 C, 2 B,
-//! 3 A), units (1 feet, 2 metres), width, length and height of the opening; ballast factor, a number whose meaning changed,
-//! power; the angles; the intensities.
+//! A first line tells the edition (none: 1986), labels follow up to `TILT=`, then numbers in a fixed order, parted by
+//! white space or commas and broken over lines anywhere: lamps, lumens a lamp (−1: absolute photometry), multiplier,
+//! number of vertical and of horizontal angles, type (1 C, 2 B, 3 A), units (1 feet, 2 metres), width, length and
+//! height of the opening; ballast factor, a number whose meaning changed, power; the angles; the intensities.
 //!
-//! - Intensities are multiplied by the multiplier and the ballast factor, in 1986 and 1991 also by the number after it (the
-//!   ballast-lamp photometric factor). That was "for future use" from 1995 and tells how the file was made from 2019, so
-//!   there it isn't a factor. Radiance's `ies2rad` does the same.
-//! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as `ies2rad` has it
-//!   since 2021: C0 towards +x, C90 towards +y.
-//! - **Tilt**: some lamps give less light when they are tilted. The factors say how much by the luminaire's tilt; where it
-//!   hangs as it was measured the tilt is 0°, and that factor is what intensities are multiplied by. [`Tilt`] keeps all.
+//! - Intensities are multiplied by the multiplier and the ballast factor, in 1986 and 1991 also by the number after
+//!   it (the ballast-lamp photometric factor). That was "for future use" from 1995 and tells how the file was made
+//!   from 2019, so there it isn't a factor. Radiance's `ies2rad` does the same.
+//! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as
+//!   `ies2rad` has it since 1993 (until then it mirrored): C0 towards +x, C90 towards +y.
+//! - **Tilt**: some lamps give less light when they are tilted. The factors say how much by the luminaire's tilt;
+//!   where it hangs as it was measured the tilt is 0°, and that factor is what intensities are multiplied by.
+//!   [`Tilt`] keeps all.
 //! - Type A and B become type C (`table.rs` tells how).
 //!
-//! Sources: ANSI/IESNA LM-63-02; the notes on all editions in Radiance's `ies2rad.c`; I. Ashdown, "Parsing the IESNA LM-63
-//! Photometric Data File" (1998); Lighting Analysts' knowledge base on complete ranges of angles.
+//! Sources: definitions of ANSI/IESNA LM-63-02; the notes on all editions in Radiance's `ies2rad.c` 2.35; Autodesk's
+//! summary of LM-63-1991; Lighting Analysts' knowledge base on complete ranges of angles.
 
 use std::path::{Component, Path};
 
@@ -105,8 +105,8 @@ fn edition(lines: &[&str], notes: &mut Notes) -> (Format, usize) {
     }
 }
 
-/// Edition that a first line tells, `Some(None)` where it is unknown: `IESNA91`, `IESNA:LM-63-1995`, `IES:LM-63-2019`, in any
-/// case and with blanks anywhere.
+/// Edition that a first line tells, `Some(None)` where it is unknown: `IESNA91`, `IESNA:LM-63-1995`,
+/// `IES:LM-63-2019`, in any case and with blanks anywhere.
 fn edition_of(line: &str) -> Option<Option<Format>> {
     let line: String = line.chars().filter(|c| !c.is_whitespace()).take(40).collect::<String>().to_ascii_uppercase();
     let rest = line.strip_prefix("IESNA").or_else(|| line.strip_prefix("IES"))?;

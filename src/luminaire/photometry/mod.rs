@@ -1,8 +1,8 @@
 //! Photometric files: luminous intensity as laboratories publish it.
 //!
-//! [`Photometry::read`] takes LM-63 (`.ies`, editions 1986 to 2019) and EULUMDAT (`.ldt`) to the same terms: candelas of the
-//! luminaire on C-planes all around, sizes in metres. What each format says about directions and sizes, and where that is
-//! written, stands in `ies.rs`, `eulumdat.rs`, `opening.rs` and `table.rs`.
+//! [`Photometry::read`] takes LM-63 (`.ies`, editions 1986 to 2019) and EULUMDAT (`.ldt`) to the same terms: candelas
+//! of the luminaire on C-planes all around, sizes in metres. What each format says about directions and sizes, and
+//! where that is written, stands in `ies.rs`, `eulumdat.rs`, `opening.rs` and `table.rs`.
 
 mod eulumdat;
 mod ies;
@@ -50,8 +50,8 @@ pub struct Photometry {
     pub tabulated: [usize; 2],
     /// Luminous intensity of the luminaire, cd: every factor of the file is in it, symmetries are unfolded.
     pub intensity: Intensity,
-    /// Luminous flux that the file declares for the luminaire, lm. EULUMDAT: flux of the lamps × LORL. LM-63 declares none
-    /// (its relative files tell the lamps' flux, see [`Lamps::flux`]).
+    /// Luminous flux that the file declares for the luminaire, lm. EULUMDAT: flux of the lamps × LORL. LM-63 declares
+    /// none (its relative files tell the lamps' flux, see [`Lamps::flux`]).
     pub flux: Option<f64>,
     /// Share of the flux that goes down, 0 … 1, where the file declares it (EULUMDAT: DFF).
     pub downward: Option<f64>,
@@ -133,8 +133,8 @@ pub struct Lamps {
     pub count: u32,
     /// Their type, empty where the file doesn't say.
     pub name: String,
-    /// Luminous flux of all of them, lm; `None` in absolute photometry of LM-63. In absolute photometry of EULUMDAT that of
-    /// the luminaire.
+    /// Luminous flux of all of them, lm; `None` in absolute photometry of LM-63. In absolute photometry of EULUMDAT
+    /// that of the luminaire.
     pub flux: Option<f64>,
     /// Power, ballast included, W; `None` where the file doesn't say.
     pub power: Option<f64>,
@@ -175,8 +175,8 @@ pub enum Symmetry {
 /// What tilting a luminaire does to the light of its lamps (LM-63, `TILT=`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tilt {
-    /// 1: lamps stand upright while the luminaire hangs as measured; 2: they lie, and stay level when it is tilted; 3: they lie,
-    /// and are tilted with it.
+    /// 1: lamps stand upright while the luminaire hangs as measured; 2: they lie, and stay level when it is tilted;
+    /// 3: they lie, and are tilted with it.
     pub geometry: u8,
     /// Degrees, ascending.
     pub angles: Vec<f64>,

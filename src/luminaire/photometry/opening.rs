@@ -1,12 +1,13 @@
 //! Luminous openings, as either format tells them.
 //!
-//! LM-63 gives width, length and height; their signs tell the shape, and what signs mean changed with the editions. In all of
-//! them *length* lies along the 0° plane ("parallel to the length of the luminaire", LM-63-1991; "photometric horizontal" in
-//! LM-63-2002) and *width* across it. The tables here are those that Radiance's `ies2rad` lists for 1986/1991, 1995 and
-//! 2002/2019. A code that its own edition lacks but another one has is common (discs of 1995 under a header of 2002), and
-//! taken with a note.
+//! LM-63 gives width, length and height; their signs tell the shape, and what signs mean changed with the editions.
+//! In all of them *length* lies along the 0° plane ("parallel to the length of the luminaire", LM-63-1991;
+//! "photometric horizontal" in LM-63-2002) and *width* across it. The tables here are those that Radiance's `ies2rad`
+//! lists for 1986/1991, 1995 and 2002/2019. A code that its own edition lacks but another one has is common (discs of
+//! 1995 under a header of 2002), and taken with a note.
 //!
-//! In EULUMDAT C0 is the plane *across* the lamp (CIE 121, EN 13032-1), so its *length* lies along C90.
+//! EULUMDAT doesn't say which way its *length* lies. C0 is taken for the plane *across* the lamp, the European custom
+//! for linear luminaires, so length lies along C90.
 
 use super::Format;
 
@@ -21,8 +22,8 @@ pub struct LuminousOpening {
     pub c90: f64,
     /// Size in the direction of the nadir; 0 for flat openings that face it.
     pub height: f64,
-    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can tell four, in other files all are
-    /// `height`.
+    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can tell four, in other files all
+    /// are `height`.
     pub sides: [f64; 4],
 }
 
@@ -57,8 +58,8 @@ impl LuminousOpening {
         Self { shape, c0, c90, height, sides: [height; 4] }
     }
 
-    /// The opening that an LM-63 file means by width, length and height (any unit, kept), and the edition whose code it is
-    /// where that isn't the file's own. `None` where no edition has such a code.
+    /// The opening that an LM-63 file means by width, length and height (any unit, kept), and the edition whose code
+    /// it is where that isn't the file's own. `None` where no edition has such a code.
     pub(super) fn from_lm63(format: Format, [width, length, height]: [f64; 3]) -> Option<(Self, Option<Format>)> {
         use Format::{Lm63_1986, Lm63_1991, Lm63_1995, Lm63_2002};
         let own = match format {

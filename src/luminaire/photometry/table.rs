@@ -2,9 +2,9 @@
 //!
 //! **Type C** is kept as it is; symmetries are unfolded.
 //!
-//! **Type A and B** (CIE 121; IES LM-75; LM-63-2002, chapter 3). Photometric zero (the nadir) is V 0°, H 0° in type B and
-//! V −90° in type A, photometric horizontal (90° up in the plane C0) is V 90°, H 0° in type B and V 0°, H 0° in type A; H
-//! runs clockwise seen from above, against C. So with x along C0, y along C90 and z up,
+//! **Type A and B** (LM-63-2002, chapter 3). Photometric zero (the nadir) is V 0°, H 0° in type B and V −90° in type
+//! A, photometric horizontal (90° up in the plane C0) is V 90°, H 0° in type B and V 0°, H 0° in type A; H runs
+//! clockwise seen from above, against C. So with x along C0, y along C90 and z up,
 //! - type A looks at (cos V cos H, −cos V sin H, sin V): C = −H and γ = 90° + V, the same planes under other names;
 //! - type B looks at (cos H sin V, −sin H, −cos H cos V): its planes turn about the axis along C90, and
 //!   tan V = cos C tan γ, sin H = −sin C sin γ. It is resampled.
@@ -83,8 +83,8 @@ impl Table {
         self
     }
 
-    /// Type A as type C; exact, but for a step of a hundredth of a degree where light ends at full strength. Horizontal
-    /// angles are within ±180°, vertical ones within ±90°.
+    /// Type A as type C; exact, but for a step of a hundredth of a degree where light ends at full strength.
+    /// Horizontal angles are within ±180°, vertical ones within ±90°.
     pub(super) fn type_a_to_c(self) -> Intensity {
         let mut table = self.mirrored();
         table.angles.iter_mut().for_each(|angle| *angle += 90.0);
@@ -101,8 +101,8 @@ impl Table {
         table.around(places)
     }
 
-    /// Type B as type C, resampled at half its steps (0.25° to 1°) and scaled so that the flux stays exactly what the table
-    /// says; tests tell the error in directions. Horizontal angles are within ±90°, vertical ones within ±180°.
+    /// Type B as type C, resampled at half its steps (0.25° to 1°) and scaled so that the flux stays exactly what the
+    /// table says; tests tell the error in directions. Horizontal angles are within ±90°, vertical ones within ±180°.
     pub(super) fn type_b_to_c(self) -> Intensity {
         let table = self.mirrored();
         let narrowest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
@@ -211,8 +211,8 @@ mod tests {
         (0..52).flat_map(|c| (0..26).map(move |g| (7.0 * f64::from(c), 7.0 * f64::from(g))))
     }
 
-    /// Linear interpolation of f over steps of h errs by max |f″| h²/8 in each direction; |f″| is under 2000 cd/rad² here and
-    /// interpolation happens twice, at 2° and 1°.
+    /// Linear interpolation of f over steps of h errs by max |f″| h²/8 in each direction; |f″| is under 2000 cd/rad²
+    /// here and interpolation happens twice, at 2° and 1°.
     #[test]
     fn type_b_keeps_every_direction_and_its_flux() {
         let table = tabulate(steps(-90.0, 90.0, 2.0), steps(-90.0, 90.0, 2.0), type_b, lopsided);

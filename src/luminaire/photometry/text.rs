@@ -10,8 +10,8 @@ pub(super) const LONGEST: u64 = 16 << 20;
 /// Angles nearer than this are the same, degrees.
 pub(super) const CLOSEST: f64 = 1e-6;
 
-/// The text of a file without its end marks: UTF-8 (a byte order mark is taken off), else Latin-1. A Ctrl-Z ends it, as in
-/// DOS.
+/// The text of a file without its end marks: UTF-8 (a byte order mark is taken off), else Latin-1. A Ctrl-Z ends it,
+/// as in DOS.
 pub(super) fn decode(path: &Path, content: &[u8]) -> Result<String, InputError> {
     if content.starts_with(b"\xff\xfe") || content.starts_with(b"\xfe\xff") {
         let error = InputError::new(Location::file(path), "text in UTF-16", "UTF-8 or Latin-1");

@@ -229,8 +229,9 @@ impl Diagram {
     pub(in crate::report) fn svg(&self) -> String {
         let [width, height] = self.size;
         let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-             role=\"img\" aria-label=\"{0}\" font-family=\"system-ui, 'Segoe UI', Roboto, Arial, sans-serif\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" role=\"img\" \
+             aria-label=\"{0}\" font-family=\"system-ui, 'Segoe UI', Roboto, Arial, sans-serif\">\n\
              <title>{0}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
             escape(&self.description)
         );
@@ -253,7 +254,8 @@ impl Diagram {
                     let weight = if font.is_bold() { " font-weight=\"600\"" } else { "" };
                     writeln!(
                         svg,
-                        "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{size:.1}\" text-anchor=\"{anchor}\" fill=\"{}\"{weight}>{}\
+                        "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{size:.1}\" \
+                         text-anchor=\"{anchor}\" fill=\"{}\"{weight}>{}\
                          </text>",
                         y + 0.35 * size,
                         hex(*ink),
