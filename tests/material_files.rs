@@ -137,7 +137,7 @@ fn mtl_files_are_found_behind_blanks_and_behind_missing_ones() {
             scene
                 .warnings
                 .iter()
-                .filter(|warning| warning.contains("MTL file") && warning.contains("no such file"))
+                .filter(|warning| warning.contains("MTL file") && warning.contains("there is no such file"))
                 .count()
                 == 2,
             "{:?}",

@@ -235,8 +235,9 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("opening = \"sphere\""),
-        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] } or { disc = \
-         diameter } (m)"
+        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] }, { disc = \
+         diameter }, { ellipse = [a, b] }, { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, \
+         diameter] }, { sphere = diameter } or { ellipsoid = [a, b, height] } (m)"
     );
     assert_eq!(
         luminaire_says("color = [0, 0, 0]"),
