@@ -21,6 +21,7 @@ use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
+use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::photon::trace::{Recorder, Tally, Tracer};
@@ -157,11 +158,8 @@ impl<const C: usize> Rendering<'_, C> {
                     });
                 }
                 if !views.is_empty() {
-                    let caustics = (!caustics.is_empty()).then(|| {
-                        let photons = self.settings.photons as f64 / rounds as f64;
-                        let searches = Searches::new(self.plan.method, self.settings, self.diagonal, photons);
-                        CausticMap::<C>::build(caustics, searches.of_pass(round as u32).sharp)
-                    });
+                    let caustics =
+                        (!caustics.is_empty()).then(|| self.caustic_map(caustics, rounds, round, engine.area));
                     let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
                     self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
                 }
@@ -173,6 +171,16 @@ impl<const C: usize> Rendering<'_, C> {
             let searches = self.searches.of_pass(self.passes);
             self.gather::<T>(places, crossings, landings, searches);
         }
+    }
+
+    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces, m².
+    fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
+        let photons = self.settings.photons as f64 / rounds as f64;
+        let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
+        // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in less
+        // light than the mean, and to reach farther would smear what is bright there.
+        let wide_enough = (search.nearest as f64 * area / (std::f64::consts::PI * photons)).sqrt() as f32;
+        CausticMap::build(caustics, Search { radius: search.radius.min(wide_enough), ..search })
     }
 
     /// One round's rays of every camera that doesn't rest, in `batches` independent parts.
@@ -516,6 +524,8 @@ fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> C
 /// What a run keeps from pass to pass.
 struct Engine<'a, const C: usize> {
     caster: &'a RayCaster,
+    /// Of all surfaces, m².
+    area: f64,
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
@@ -537,7 +547,9 @@ impl<'a, const C: usize> Engine<'a, C> {
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
-        Self { caster, tracer, sight, grid, watched: watched(run, places, caster) }
+        let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
+        let area = (0..looked_at).map(|triangle| triangle_area(&scene.mesh.corners(triangle))).sum();
+        Self { caster, area, tracer, sight, grid, watched: watched(run, places, caster) }
     }
 }
 
