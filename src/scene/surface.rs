@@ -19,7 +19,8 @@ pub(crate) fn texture<'a>(
     mtl: Option<&'a MtlMaterial>,
 ) -> Option<&'a Placed<String>> {
     let told = section.is_some_and(|section| section.reflectance.is_some() || section.dielectric.is_some());
-    mtl.filter(|mtl| !told && !(mtl.is_glass() && says_nothing(section)))?.texture.as_ref()
+    let glass = |mtl: &MtlMaterial| mtl.is_glass() && says_nothing(section);
+    mtl.filter(|mtl| !(told || glass(mtl)))?.texture.as_ref()
 }
 
 /// Whether the scene file leaves it to the MTL what becomes of light.
@@ -138,8 +139,9 @@ impl Part {
 
     /// Of shares that add up to too much, the place of the last; in the scene file, if any is: there the user can mend it.
     fn to_blame(parts: [Option<Self>; 3]) -> Location {
-        let all = || parts.iter().flatten().filter(|part| part.value != [0.0; 3]);
-        let last = all().filter(|part| part.told).last().or(all().last());
+        let mut all: Vec<&Self> = parts.iter().flatten().filter(|part| part.value != [0.0; 3]).collect();
+        all.sort_by_key(|part| part.told);
+        let last = all.last();
         last.expect("a sum above 0 has a part above 0").at.clone()
     }
 }
