@@ -1,5 +1,5 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
-.PHONY: setup build demo test bench check-exr clean
+.PHONY: setup build demo test bench check-exr check-blender clean
 
 # Embree 4 and libclang; does nothing once they are there.
 setup:
@@ -19,10 +19,18 @@ test: setup
 bench: setup
 	cargo bench
 
-# Reads the demo's EXR files with OpenEXR's own library, from PyPI.
-check-exr: demo
+# Reads the EXR files of the demo and of two cameras, one in colour, with OpenEXR's own library, from PyPI.
+check-exr: demo out/box-view/view.exr
 	python3 -m venv target/openexr && target/openexr/bin/pip install --quiet OpenEXR numpy
-	target/openexr/bin/python scripts/check_exr.py out/seed-office
+	target/openexr/bin/python scripts/check_exr.py out/seed-office out/box-view out/seed-office-view
+
+out/box-view/view.exr out/seed-office-view/view.exr: build
+	target/release/luxmap render --passes 1 scenes/$(notdir $(patsubst %/,%,$(dir $@))).toml
+
+# Finds every layer of an image in Blender's compositor: in an installed Blender, or in PyPI's bpy where pip has one for this
+# Python (some 370 MB). Optional: says so and goes on where there is neither.
+check-blender: out/seed-office-view/view.exr out/box-view/view.exr
+	@scripts/check_blender.sh $^
 
 clean:
 	cargo clean

@@ -230,6 +230,25 @@ fn check_asks_whether_the_targets_are_met() {
     assert!(folder.results().contains(&"sensors.csv".to_owned()));
 }
 
+/// An area that misses what is required of it counts as a sensor does, and its figures are in the table and the summary.
+#[test]
+fn check_asks_whether_areas_get_what_they_require() {
+    let folder = Folder::new("check_areas");
+    for (mean, code, verdict) in [(1.0, 0, "met"), (1e6, 1, "missed")] {
+        let plane = "[[plane]]\nname = \"areas\"\ncorner = [0, 0, 0.75]\nalong = [4, 0, 0]\nacross = [0, 3, 0]\n\
+                     cells = [20, 15]\non = \"air\"\nmargin = 0.5\n[[plane.task]]\nname = \"bench\"\ncorner = [1, 1]\n\
+                     size = [1, 0.6]\n";
+        folder.write("scene.toml", &format!("{}{plane}required = {{ mean = {mean} }}\n", sound()));
+        let output = folder.render(&["--check"]);
+        assert_eq!(output.status.code(), Some(code), "mean {mean}");
+        let table = stdout(&output);
+        let line = table.lines().find(|line| line.starts_with("bench, task")).expect("a line of the task");
+        assert!(line.ends_with(verdict) && line.contains("15"), "{line}");
+    }
+    let summary = folder.read("out/summary.json");
+    assert!(summary.contains("\"required_met\": false") && summary.contains("\"kind\": \"background\""));
+}
+
 #[test]
 fn planes_are_chosen_by_name() {
     let folder = Folder::new("planes");

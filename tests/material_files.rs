@@ -134,7 +134,12 @@ fn mtl_files_are_found_behind_blanks_and_behind_missing_ones() {
     {
         let scene = load(obj, false).unwrap();
         assert!(
-            scene.warnings.iter().filter(|warning| warning.contains("there is no such file")).count() == 2,
+            scene
+                .warnings
+                .iter()
+                .filter(|warning| warning.contains("MTL file") && warning.contains("there is no such file"))
+                .count()
+                == 2,
             "{:?}",
             scene.warnings
         );

@@ -41,6 +41,8 @@ const LAMP: &str = "[[luminaire]]\nname = \"L\"\nposition = [0.5, 0.5, 2]\nflux 
 const SENSOR: &str = "[[sensor]]\nname = \"desk\"\nposition = [0.5, 0.5, 1]\nnormal = [0, 0, 1]\n";
 const PLANE: &str =
     "[[plane]]\nname = \"floor\"\ncorner = [0, 0, 0]\nalong = [6, 0, 0]\nacross = [0, 7, 0]\ncells = [6, 7]\n";
+const CAMERA: &str =
+    "[[camera]]\nname = \"view\"\neye = [0, 0, 1.5]\nlook_at = [4, 5, 1]\nfov = 60\npixels = [96, 54]\n";
 const OBJ: &str = "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 3\nusemtl floor\nf 1 2 3 4\n";
 const MTL: &str = "newmtl floor\nKd 0.2 0.2 0.2\n";
 
@@ -126,16 +128,17 @@ fn keys_nobody_knows() {
     assert_eq!(
         luminaire_says("colour = [1, 1, 1]"),
         "scene.toml:5: found unknown key \"colour\" in [[luminaire]], expected one of name, position, aim, rotation, \
-         opening, photometry, flux, dimming, color, cct, group, array; did you mean color?"
+         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor; did you mean color?"
     );
     assert_eq!(
         says("[[lamp]]\n"),
         "scene.toml:1: found unknown key \"lamp\" in the scene file, expected one of name, mesh, material, luminaire, \
-         plane, sensor, camera, render"
+         plane, sensor, surface, camera, render, maintenance_factor"
     );
     assert_eq!(
         luminaire_says("opening = { disk = 0.3 }"),
-        "scene.toml:5: found unknown key \"disk\" in opening of [[luminaire]], expected one of rectangle, disc; did you \
+        "scene.toml:5: found unknown key \"disk\" in opening of [[luminaire]], expected one of rectangle, disc, \
+         ellipse, box, cylinder, tube, sphere, ellipsoid; did you \
          mean disc?"
     );
 }
@@ -193,8 +196,8 @@ fn sections_that_lack_something() {
     );
     assert_eq!(
         says(&format!("{LAMP}{MESH}")),
-        "scene.toml: found neither a [[plane]] nor a [[sensor]], expected at least one of them; they say where illuminance \
-         is wanted"
+        "scene.toml: found neither a [[plane]] nor a [[sensor]], [[surface]] or [[camera]], expected at least one of them; \
+         they say where illuminance is wanted"
     );
     assert_eq!(
         says(&format!("{MESH}{SENSOR}")),
@@ -218,8 +221,8 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("photometry = \"panel.ies\""),
-        "scene.toml:5: found photometry = \"panel.ies\" in [[luminaire]], expected \"lambertian\" or \"isotropic\"; \
-         measured photometry isn't in this version yet"
+        "scene.toml:5: found photometry = \"panel.ies\" (there is no such file), expected a photometric file (.ies, .ldt), \
+         \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
     );
     assert_eq!(
         luminaire_says("opening = { disc = 1 }\nphotometry = \"isotropic\""),
@@ -232,8 +235,9 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("opening = \"sphere\""),
-        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] } or { disc = \
-         diameter } (m)"
+        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] }, { disc = \
+         diameter }, { ellipse = [a, b] }, { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, \
+         diameter] }, { sphere = diameter } or { ellipsoid = [a, b, height] } (m)"
     );
     assert_eq!(
         luminaire_says("color = [0, 0, 0]"),
@@ -327,27 +331,67 @@ fn materials_that_can_t_be() {
         "scene.toml:13: found reflectance + specular = 1.25 in material \"floor\", expected at most 1 in each channel"
     );
     assert_eq!(
-        material_says("roughness = 0.2"),
-        "scene.toml:12: found roughness = 0.2 in [material.floor], expected 0; rough mirrors aren't in this version yet"
+        material_says("reflectance = 0.5\nspecular = 0.2\ntransmittance = [0.1, 0.1, 0.375]"),
+        "scene.toml:14: found reflectance + specular + transmittance = 1.075 in material \"floor\", expected at most 1 in each \
+         channel"
     );
     assert_eq!(
-        material_says("transmittance = [0, 0, 0.2]"),
-        "scene.toml:12: found transmittance = [0, 0, 0.2] in [material.floor], expected 0; translucent materials aren't in \
-         this version yet"
+        material_says("transmittance = 0.9"), // beside the MTL's Kd 0.2
+        "scene.toml:12: found reflectance + specular + transmittance = 1.1 in material \"floor\", expected at most 1 in each \
+         channel"
     );
-    assert_eq!(material_says("roughness = 0\ntransmittance = 0.0"), "loaded: ");
+    assert_eq!(
+        material_says("transmittance = [0, 0, 2]"),
+        "scene.toml:12: found transmittance = [0, 0, 2] in [material.floor], expected a number from 0 to 1, or three as \
+         [r, g, b]; opal glass: about 0.5"
+    );
+    assert_eq!(
+        material_says("specular = 0.5\nroughness = 1.5"),
+        "scene.toml:13: found roughness = 1.5 in [material.floor], expected a number from 0 (a perfect mirror) to 1; \
+         brushed metal: about 0.3"
+    );
+    assert_eq!(
+        material_says("specular = 0.5\nroughness = [0.1, 0.2, 0.3]"),
+        "scene.toml:13: found roughness = [0.1, 0.2, 0.3] in [material.floor], expected a number from 0 (a perfect mirror) \
+         to 1; brushed metal: about 0.3"
+    );
+    assert_eq!(
+        material_says("roughness = 0.2"),
+        "loaded: scene.toml:12: roughness of material \"floor\" left out; it mirrors nothing"
+    );
+    assert_eq!(
+        material_says("sides = \"front\""),
+        "scene.toml:12: found sides = \"front\" in [material.floor], expected one of \"one\", \"two\""
+    );
+    assert_eq!(
+        material_says("transmittance = 0.1\nsides = \"one\""),
+        "scene.toml:13: found sides = \"one\" in [material.floor], expected \"two\" where there is a transmittance; a sheet \
+         that light passes has two sides"
+    );
+    assert_eq!(material_says("roughness = 0\ntransmittance = 0.0\nsides = \"one\""), "loaded: ");
     assert_eq!(
         material_says("dielectric = { ior = 0.9 }"),
         "scene.toml:12: found ior = 0.9 in dielectric of [material.floor], expected a number from 1 to 10 (window glass: 1.5)"
     );
     assert_eq!(
         material_says("dielectric = { ior = 1.5, absorption = -1 }"),
-        "scene.toml:12: found absorption = -1 in dielectric of [material.floor], expected a number from 0 up, 1/m"
+        "scene.toml:12: found absorption = -1 in dielectric of [material.floor], expected a number from 0 up, 1/m, or three \
+         as [r, g, b]"
+    );
+    assert_eq!(
+        material_says("dielectric = { ior = 1.5, absorption = [1, 2] }"),
+        "scene.toml:12: found absorption = [1, 2] in dielectric of [material.floor], expected a number from 0 up, 1/m, or \
+         three as [r, g, b]"
     );
     assert_eq!(
         material_says("dielectric = { ior = 1.5 }\nreflectance = 0.1"),
-        "scene.toml:12: found dielectric = a table in [material.floor], expected no reflectance or specular beside it; what \
-         glass reflects follows from its ior"
+        "scene.toml:12: found dielectric = a table in [material.floor], expected no other key beside it; what glass \
+         reflects follows from its ior"
+    );
+    assert_eq!(
+        material_says("roughness = 0.3\ndielectric = { ior = 1.5 }"),
+        "scene.toml:13: found dielectric = a table in [material.floor], expected no other key beside it; what glass \
+         reflects follows from its ior"
     );
 }
 
@@ -389,12 +433,48 @@ fn render_options_that_can_t_be() {
 }
 
 #[test]
-fn cameras_are_still_to_come() {
+fn cameras_that_can_t_be() {
+    let camera_says = |old: &str, new: &str| says(&format!("{LAMP}{}", CAMERA.replace(old, new)));
+    assert_eq!(camera_says("", ""), "loaded: ");
     assert_eq!(
-        says(&format!("{LAMP}{SENSOR}[[camera]]\nname = \"view\"\n")),
-        "scene.toml:9: found a [[camera]], expected measuring planes and sensors; camera images aren't in this version yet; \
-         measuring planes and sensors are"
+        camera_says("fov = 60\n", ""),
+        "scene.toml:5: found [[camera]] without fov, expected fov = 60 (degrees from bottom to top)"
     );
+    assert_eq!(
+        camera_says("fov = 60", "fov = 180"),
+        "scene.toml:9: found fov = 180 in [[camera]], expected degrees from bottom to top, from 0.01 to 170"
+    );
+    assert_eq!(
+        camera_says("[4, 5, 1]", "[0, 0, 1.5]"),
+        "scene.toml:8: found look_at = [0, 0, 1.5] in [[camera]], expected a point other than eye"
+    );
+    assert_eq!(
+        camera_says("pixels = [96, 54]", "pixels = [96000, 54000]"),
+        "scene.toml:10: found pixels = [96000, 54000] in [[camera]], expected two whole numbers from 1 up, at most 25000000 \
+         pixels in all"
+    );
+    assert_eq!(
+        camera_says("fov = 60", "up = [8, 10, -1]\nfov = 60"),
+        "scene.toml:9: found up = [8, 10, -1] in [[camera]], expected a direction other than that from eye to look_at, or \
+         its opposite"
+    );
+    assert_eq!(
+        camera_says("fov = 60", "angle = 60"),
+        "scene.toml:9: found unknown key \"angle\" in [[camera]], expected one of name, eye, look_at, up, fov, pixels"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}{PLANE}{}", CAMERA.replace("view", "Floor"))),
+        "scene.toml:12: found name = \"Floor\" in [[camera]], expected a name that no [[plane]] has; both are written as \
+         NAME.exr"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}{CAMERA}{CAMERA}")),
+        "scene.toml:12: found a second camera named \"view\", expected a name of its own for each; the first is at \
+         scene.toml:6"
+    );
+    // Straight down and straight up: the image's top is then the world's y, as in a plan.
+    assert_eq!(camera_says("[4, 5, 1]", "[0, 0, 0]"), "loaded: ");
+    assert_eq!(camera_says("[4, 5, 1]", "[0, 0, 3]"), "loaded: ");
 }
 
 #[test]
@@ -526,7 +606,39 @@ fn mtl_files_that_can_t_be() {
 fn warnings() {
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.2\nmap_Kd wood.png\n"),
-        "loaded: room.mtl:3: map_Kd of material \"floor\" left out; its Kd counts"
+        "loaded: room.mtl:3: map_Kd \"wood.png\" of material \"floor\" left out (there is no such file); its Kd counts; \
+         reflectance in [material.floor] overrides it"
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nKd 0.2\nmap_Kd -s 2 2 2 room.obj\n"),
+        "loaded: room.mtl:3: map_Kd \"room.obj\" of material \"floor\" left out (it is neither PNG nor JPEG); its Kd \
+         counts; reflectance in [material.floor] overrides it"
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nmap_Kd wood.png\n"),
+        "room.obj:6: found no reflectance for material \"floor\", expected Kd in an MTL file, or a section in the scene \
+         file; add [material.floor] with reflectance = 0.5, say"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}{SENSOR}[material.floor]\nreflectance = 0.4\n"),
+            OBJ,
+            "newmtl floor\nKd 0.2\nmap_Kd wood.png\n"
+        ),
+        "loaded: "
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nNi 1.5\nillum 4\nTf 0.5 0.9 0.5\n"),
+        "loaded: room.mtl:1: Tf of glass \"floor\" left out, since it belongs to no thickness; its glass is clear; \
+         dielectric in [material.floor] gives it an absorption per metre"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}{SENSOR}[material.floor]\nroughness = 0.4\n"),
+            OBJ,
+            "newmtl floor\nNi 1.5\nillum 7\n"
+        ),
+        "loaded: scene.toml:12: roughness of material \"floor\" left out; it is smooth glass"
     );
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.2\nKs 0.3\nKe 5\nillum 3\n"),
@@ -543,8 +655,8 @@ fn warnings() {
 #[test]
 fn no_byte_makes_it_panic() {
     let toml = format!(
-        "{MESH}{LAMP}opening = {{ rectangle = [1, 1] }}\narray = {{ count = [2, 2], pitch = [1, 1] }}\n{SENSOR}{PLANE}\
-         [material.floor]\nreflectance = 0.2\n[render]\nphotons = 1e6\n"
+        "{MESH}{LAMP}opening = {{ rectangle = [1, 1] }}\narray = {{ count = [2, 2], pitch = [1, 1] }}\n{SENSOR}{PLANE}{CAMERA}\
+         [material.floor]\nreflectance = 0.2\nspecular = 0.1\nroughness = 0.3\ntransmittance = [0.1, 0, 0]\n[render]\nphotons = 1e6\n"
     );
     let sound = [("scene.toml", toml.as_bytes()), ("room.obj", OBJ.as_bytes()), ("room.mtl", MTL.as_bytes())];
     for spoilt in 0..sound.len() {
@@ -566,4 +678,153 @@ fn no_byte_makes_it_panic() {
             try_with(&bytes);
         }
     }
+}
+
+/// What a sound scene says once its sensor has more lines (line 5 on) and no normal.
+fn body_says(lines: &str) -> String {
+    says(&format!("[[sensor]]\nname = \"S\"\nposition = [0, 0, 1]\n\n{lines}\n{LAMP}"))
+}
+
+#[test]
+fn measures_that_can_t_be() {
+    assert_eq!(
+        body_says("measure = \"cubic\""),
+        "scene.toml:5: found measure = \"cubic\" in [[sensor]], expected one of \"plane\", \"cylindrical\", \
+         \"semicylindrical\", \"hemispherical\", \"spherical\""
+    );
+    assert_eq!(
+        body_says("measure = \"plane\""),
+        "scene.toml:1: found [[sensor]] without normal, expected normal = [0, 0, 1]"
+    );
+    assert_eq!(
+        body_says("measure = \"semicylindrical\""),
+        "scene.toml:1: found [[sensor]] without facing, expected facing = [1, 0, 0]"
+    );
+    assert_eq!(
+        body_says("measure = \"semicylindrical\"\nfacing = [1, 0, 1]"),
+        "scene.toml:6: found facing = [1, 0, 1] in [[sensor]], expected a direction at a right angle to the axis; the axis is \
+         normal, [0, 0, 1] if not given; the angle is 45.0000°"
+    );
+    assert_eq!(
+        body_says("measure = \"cylindrical\"\nfacing = [1, 0, 0]"),
+        "scene.toml:6: found facing = [1, 0, 0] in [[sensor]], expected facing beside measure = \"semicylindrical\" only"
+    );
+    assert_eq!(
+        body_says("measure = \"spherical\"\nnormal = [0, 0, 1]"),
+        "scene.toml:6: found normal = [0, 0, 1] in [[sensor]], expected no normal beside measure = \"spherical\""
+    );
+}
+
+/// What a sound scene says that measures a surface with these lines (line 9 on).
+fn surface_says(lines: &str) -> String {
+    says_of(
+        &format!("{MESH}{LAMP}[[surface]]\nname = \"s\"\n{lines}\n"),
+        &OBJ.replace("usemtl", "g desk top\nusemtl"),
+        MTL,
+    )
+}
+
+#[test]
+fn surfaces_that_can_t_be() {
+    assert_eq!(surface_says("group = \"desk\""), "loaded: ");
+    assert_eq!(
+        surface_says(""),
+        "scene.toml:7: found [[surface]] without material or group, expected material or group = \"desk\"; the faces of a \
+         material, of a group or object (g or o) of the OBJ file, or of both"
+    );
+    assert_eq!(
+        surface_says("material = \"flor\""),
+        "scene.toml:9: found unknown material \"flor\", expected one that a mesh has: \"floor\"; did you mean \"floor\"?"
+    );
+    assert_eq!(
+        surface_says("group = \"desktop\""),
+        "scene.toml:9: found unknown group \"desktop\", expected one that a mesh has: \"desk\", \"desk top\", \"top\"; did you \
+         mean \"desk top\"?"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nside = \"top\""),
+        "scene.toml:10: found side = \"top\" in [[surface]], expected one of \"front\", \"back\""
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nspacing = 0"),
+        "scene.toml:10: found spacing = 0 in [[surface]], expected a number above 0, m"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\nspacing = 1e-4"),
+        "scene.toml:10: found more than 1000000 samples for surface \"s\": 2 triangles, spacing = 0.0001, expected at most \
+         1000000; a wider spacing, or a part of the mesh: a triangle is one sample at least"
+    );
+    assert_eq!(
+        says(&format!("{LAMP}[[surface]]\nname = \"s\"\nmaterial = \"floor\"\n")),
+        "scene.toml:7: found unknown material \"floor\", expected a [[mesh]] with a material of that name"
+    );
+    assert_eq!(
+        surface_says("material = \"floor\"\n[[surface]]\nname = \"s\"\nmaterial = \"floor\""),
+        "scene.toml:11: found a second surface named \"s\", expected a name of its own for each; the first is at scene.toml:8"
+    );
+    assert_eq!(
+        says_of(
+            &format!("{MESH}{LAMP}[[surface]]\nname = \"s\"\nmaterial = \"floor\"\ngroup = \"other\"\n"),
+            &format!("g desk\n{OBJ}g other\nusemtl steel\nf 1 2 3\n"),
+            &format!("{MTL}newmtl steel\nKd 0.5 0.5 0.5\n"),
+        ),
+        "scene.toml:7: found no face for surface \"s\", expected faces of that material and group, with an area"
+    );
+}
+
+/// What a sound scene says once its plane of 6 m × 7 m and 6 × 7 cells has more lines (line 13 on).
+fn plane_says(lines: &str) -> String {
+    says(&format!("{MESH}{LAMP}{PLANE}{lines}\n"))
+}
+
+#[test]
+fn areas_that_can_t_be() {
+    assert_eq!(
+        plane_says("margin = 3"),
+        "scene.toml:13: found margin = 3 in [[plane]], expected a number from 0 to less than half of the plane's shorter \
+         side, 3 m"
+    );
+    assert_eq!(
+        plane_says("margin = 2.9"),
+        "scene.toml:13: found margin = 2.9 in [[plane]], expected a margin that leaves the centre of a cell"
+    );
+    assert_eq!(
+        plane_says("required = { mean = 500, u0 = 0.6 }"),
+        "scene.toml:13: found unknown key \"u0\" in required of [[plane]], expected one of mean, uniformity"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [1, 1]"),
+        "scene.toml:13: found [[plane.task]] without size, expected size = [1.6, 0.8] (m along and across)"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [5, 1]\nsize = [1.5, 1]"),
+        "scene.toml:16: found size = [1.5, 1] in [[plane.task]], expected a task within the plane of 6 m × 7 m; it ends at \
+         6.5 m, 2 m"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"desk\"\ncorner = [1, 1]\nsize = [0.4, 0.4]"),
+        "scene.toml:16: found size = [0.4, 0.4] in [[plane.task]], expected a task that holds the centre of a cell; give the \
+         plane more cells"
+    );
+    assert_eq!(
+        plane_says("[[plane.task]]\nname = \"d\"\ncorner = [1, 1]\nsize = [1, 1]\nrequired = { uniformity = 2 }"),
+        "scene.toml:17: found uniformity = 2 in required of [[plane.task]], expected a number from 0 to 1"
+    );
+    assert_eq!(
+        plane_says("task = 3"),
+        "scene.toml:13: found task = 3, expected sections that begin with [[plane.task]]"
+    );
+}
+
+#[test]
+fn maintenance_factors_that_can_t_be() {
+    let expected = "expected a number above 0, at most 1 (a clean office: about 0.8)";
+    assert_eq!(
+        says(&format!("maintenance_factor = 80\n{LAMP}{SENSOR}")),
+        format!("scene.toml:1: found maintenance_factor = 80 in the scene file, {expected}")
+    );
+    assert_eq!(
+        luminaire_says("maintenance_factor = 0"),
+        format!("scene.toml:5: found maintenance_factor = 0 in [[luminaire]], {expected}")
+    );
 }

@@ -11,12 +11,17 @@ use luxmap::units;
 
 /// The scene of three files in a folder of their own.
 fn load(toml: &str, obj: &str, mtl: &str) -> Scene {
+    load_files(&[("scene.toml", toml.as_bytes()), ("room.obj", obj.as_bytes()), ("room.mtl", mtl.as_bytes())])
+}
+
+fn load_files(files: &[(&str, &[u8])]) -> Scene {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
     let folder = std::env::temp_dir().join(format!("luxmap-scene-geometry-{}-{number}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    for (name, text) in [("scene.toml", toml), ("room.obj", obj), ("room.mtl", mtl)] {
-        fs::write(folder.join(name), text).unwrap();
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
     }
     let scene = Scene::load(&folder.join("scene.toml"));
     fs::remove_dir_all(folder).unwrap();
@@ -75,7 +80,10 @@ fn emitting_faces_send_out_pi_times_luminance_times_area() {
     assert!(
         (units::luminance(lamp.colour) - 1.0).abs() < 1e-12 && (lamp.colour[1] / lamp.colour[0] - 2.0).abs() < 1e-12
     );
-    assert_eq!((lamp.name.as_str(), lamp.group.as_str(), lamp.distribution), ("a", "a", Distribution::Lambertian));
+    assert_eq!(
+        (lamp.name.as_str(), lamp.group.as_str(), lamp.distribution.clone()),
+        ("a", "a", Distribution::Lambertian)
+    );
     let Opening::Triangles(triangles) = &lamp.opening else { panic!("faces stay faces") };
     assert_eq!(*triangles, [scene.mesh.corners(0)]);
 }
@@ -127,7 +135,10 @@ fn dimming_array_group_and_colour_reach_the_luminaires() {
     let Opening::Point { position, aim } = scene.luminaires[3].opening else { panic!("a point") };
     assert_eq!((position + scene.centre, aim), (DVec3::new(1.5, 2.0, 0.0), DVec3::NEG_Z));
     for lamp in &scene.luminaires {
-        assert_eq!((lamp.flux.0, lamp.group.as_str(), lamp.distribution), (500.0, "row", Distribution::Isotropic));
+        assert_eq!(
+            (lamp.flux.0, lamp.group.as_str(), lamp.distribution.clone()),
+            (500.0, "row", Distribution::Isotropic)
+        );
         assert!(lamp.colour[0] > lamp.colour[2] && (units::luminance(lamp.colour) - 1.0).abs() < 1e-12);
     }
 }
@@ -144,6 +155,8 @@ fn mtl_materials_become_mirrors_and_glass_and_the_scene_file_overrides_them() {
     assert_eq!(surface("newmtl a\nKd 0.1\nNi 1.5\nd 0.1\nillum 7\n", ""), (0.0, 0.0, Some(1.5)));
     assert_eq!(surface("newmtl a\nKd 0.1\nNi 1.0\nd 1\nillum 4\n", ""), (0.1, 0.0, None));
     assert_eq!(surface("newmtl a\nNi 1.5\nillum 7\n", "[material.a]\nreflectance = 0.3\n"), (0.3, 0.0, None));
+    assert_eq!(surface("newmtl a\nNi 1.5\nillum 7\n", "[material.a]\ntransmittance = 0.3\n"), (0.0, 0.0, None));
+    assert_eq!(surface("newmtl a\nNi 1.5\nillum 7\n", "[material.a]\nspecular = 0.3\n"), (0.0, 0.3, None));
     assert_eq!(surface("newmtl a\nKd 2\n", "[material.a]\ndielectric = { ior = 1.3 }\n"), (0.0, 0.0, Some(1.3)));
 }
 
@@ -162,4 +175,85 @@ fn the_hash_changes_with_each_file_and_with_nothing_else() {
     assert_ne!(hash(&format!("{toml}\n"), TRIANGLE, GREY), first);
     assert_ne!(hash(&toml, &format!("{TRIANGLE}\n"), GREY), first);
     assert_ne!(hash(&toml, TRIANGLE, &format!("{GREY}\n")), first);
+}
+
+/// A PNG file of 8 bits a channel, and with transparency where pixels have four channels.
+fn png<const N: usize>(width: u32, pixels: &[[u8; N]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, pixels.len() as u32 / width);
+    encoder.set_color([png::ColorType::Grayscale, png::ColorType::Rgb, png::ColorType::Rgba][N / 2]);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().unwrap().write_image_data(pixels.as_flattened()).unwrap();
+    bytes
+}
+
+/// A JPEG file of two blocks of 8 × 8 grey pixels, a black and a white one, written by hand: every quantum is 8, the code of
+/// a difference of 8 bits and that of the block's end are each the bit 0; −128 and +255 follow theirs.
+fn jpeg() -> Vec<u8> {
+    let mut bytes = vec![0xff, 0xd8, 0xff, 0xdb, 0, 67, 0];
+    bytes.extend([8; 64]);
+    bytes.extend([0xff, 0xc0, 0, 11, 8, 0, 8, 0, 16, 1, 1, 0x11, 0]);
+    for (table, symbol) in [(0x00, 8), (0x10, 0)] {
+        bytes.extend([0xff, 0xc4, 0, 20, table, 1]);
+        bytes.extend([0; 15]);
+        bytes.push(symbol);
+    }
+    bytes.extend([0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0, 0b0011_1111, 0b1001_1111, 0b1110_1111, 0xff, 0xd9]);
+    bytes
+}
+
+/// Textures count with the mean of their light, times Kd: black and white in equal parts reflect half, not the 21.6 % of the
+/// level between them. Files are found behind options and blanks, and belong to the scene's hash.
+#[test]
+fn textures_count_with_the_mean_of_their_light() {
+    let toml = format!("[[mesh]]\nfile = \"room.obj\"\n{LAMP}{SENSOR}");
+    let found = |mtl: &str, image: &[u8]| {
+        let files = [
+            ("scene.toml", toml.as_bytes()),
+            ("room.obj", TRIANGLE.as_bytes()),
+            ("room.mtl", mtl.as_bytes()),
+            ("textures/old wood.png", image),
+        ];
+        let scene = load_files(&files);
+        assert_eq!(scene.warnings, [""; 0]);
+        (scene.materials[0].reflectance.map(|part| (part * 1e4).round() / 1e4), scene.hash)
+    };
+    let chequered = png(2, &[[0], [255], [255], [0]]);
+    let (half, hash) = found("newmtl a\nKd 0.8\nmap_Kd textures/old wood.png\n", &chequered);
+    assert_eq!(half, [0.4; 3]);
+    assert_eq!(found("newmtl a\nmap_Kd -clamp on -s 2 2 2 textures\\old wood.png\n", &chequered).0, [0.5; 3]);
+    let (white, other) = found("newmtl a\nKd 0.8\nmap_Kd textures/old wood.png\n", &png(1, &[[255]]));
+    assert_eq!(white, [0.8; 3]);
+    assert_ne!(hash, other);
+    // sRGB 188 is light of 0.5029, and 64 of 0.0513 (IEC 61966-2-1).
+    assert_eq!(
+        found("newmtl a\nKd 1\nmap_Kd textures/old wood.png\n", &png(1, &[[255, 188, 64]])).0,
+        [1.0, 0.5029, 0.0513]
+    );
+    let half_clear = png(3, &[[255, 0, 0, 255], [0, 255, 0, 51], [0, 0, 255, 0]]);
+    assert_eq!(found("newmtl a\nKd 1\nmap_Kd textures/old wood.png\n", &half_clear).0, [0.8333, 0.1667, 0.0]);
+    assert_eq!(found("newmtl a\nKd 1 0.5 0\nmap_Kd textures/old wood.png\n", &jpeg()).0, [0.5, 0.25, 0.0]);
+}
+
+/// Textures cut short anywhere, or with any byte spoilt, never panic.
+#[test]
+fn no_byte_of_a_texture_makes_it_panic() {
+    let toml = format!("[[mesh]]\nfile = \"room.obj\"\n{LAMP}{SENSOR}");
+    for image in [png(2, &[[0, 1, 2], [255, 9, 8]]), jpeg()] {
+        for at in 0..image.len() {
+            let mut spoilt = image.clone();
+            spoilt[at] ^= [0xff, 0x01, 0x80][at % 3];
+            for bytes in [&image[..at], &spoilt] {
+                let files = [
+                    ("scene.toml", toml.as_bytes()),
+                    ("room.obj", TRIANGLE.as_bytes()),
+                    ("room.mtl", b"newmtl a\nKd 0.5\nmap_Kd wood.png\n"),
+                    ("wood.png", bytes),
+                ];
+                let scene = load_files(&files);
+                assert!(scene.materials[0].reflectance.iter().all(|part| (0.0..=0.5).contains(part)));
+                assert!(scene.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", scene.warnings);
+            }
+        }
+    }
 }

@@ -27,8 +27,8 @@ def write(scene: Scene, folder: Path) -> Path:
         bsdf(shape, material)
         if material.shines:
             emitter(shape, material.luminance)
-    for luminaire in scene.luminaires:
-        add_luminaire(top, luminaire)
+    for number, luminaire in enumerate(scene.luminaires):
+        add_luminaire(top, luminaire, folder / f"web{number}.npz")
     path = folder / "scene.xml"
     xml.indent(top)
     xml.ElementTree(top).write(path, encoding="utf-8", xml_declaration=True)
@@ -56,8 +56,11 @@ def bsdf(shape: xml.Element, material: Material) -> None:
     both = xml.SubElement(shape, "bsdf", type="twosided")
     if material.mirrors:
         # A conductor of material "none" reflects all; the factor makes it the mirror wanted.
-        mirror = xml.SubElement(both, "bsdf", type="conductor")
+        mirror = xml.SubElement(both, "bsdf", type="roughconductor" if material.roughness else "conductor")
         xml.SubElement(mirror, "string", name="material", value="none")
+        if material.roughness:
+            xml.SubElement(mirror, "string", name="distribution", value="ggx")
+            xml.SubElement(mirror, "float", name="alpha", value=f"{material.roughness}")
         rgb(mirror, "specular_reflectance", material.specular)
     else:
         rgb(xml.SubElement(both, "bsdf", type="diffuse"), "reflectance", material.reflectance)
@@ -67,8 +70,9 @@ def emitter(shape: xml.Element, luminance: np.ndarray) -> None:
     rgb(xml.SubElement(shape, "emitter", type="area"), "radiance", luminance)
 
 
-def add_luminaire(top: xml.Element, luminaire: Luminaire) -> None:
-    """An opening is a black body that emits from its front, or a point."""
+def add_luminaire(top: xml.Element, luminaire: Luminaire, table: Path) -> None:
+    """An opening is a black body that emits from its front, or a point. Measured intensities go to a file beside the XML,
+    for the emitter `web` of mitsuba_trace.py."""
     if luminaire.shape == "point" and not luminaire.lambertian:
         point = xml.SubElement(top, "emitter", type="point")
         x, y, z = luminaire.centre
@@ -88,7 +92,16 @@ def add_luminaire(top: xml.Element, luminaire: Luminaire) -> None:
     transform = xml.SubElement(shape, "transform", name="to_world")
     xml.SubElement(transform, "matrix", value=" ".join(f"{value:.9g}" for value in matrix.ravel()))
     rgb(xml.SubElement(shape, "bsdf", type="diffuse"), "reflectance", np.zeros(3))
-    emitter(shape, luminaire.flux / (area * np.pi))
+    web = luminaire.photometry
+    if not web:
+        emitter(shape, luminaire.flux / (area * np.pi))
+        return
+    c0 = luminaire.width / np.linalg.norm(luminaire.width)
+    axes = np.stack([c0, np.cross(c0, luminaire.aim), luminaire.aim])
+    np.savez(table, planes=web.planes, angles=web.angles, candela=web.candela, axes=axes)
+    measured = xml.SubElement(shape, "emitter", type="web")
+    xml.SubElement(measured, "string", name="table", value=str(table))
+    rgb(measured, "scale", luminaire.flux / (web.flux * area))
 
 
 def write_ply(path: Path, vertices: np.ndarray, faces: list[list[int]], material: str) -> None:

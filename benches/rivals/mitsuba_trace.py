@@ -95,6 +95,9 @@ def main() -> None:
     arguments = parser.parse_args()
 
     mi.set_variant(arguments.variant)
+    import mitsuba_web  # its classes are those of the variant
+
+    mi.register_emitter("web", mitsuba_web.Web)
     dr.set_thread_count(arguments.threads)
     rows = np.load(arguments.points)
     points, normal = rows[:, :3], rows[0, 3:]

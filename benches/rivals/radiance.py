@@ -22,6 +22,9 @@ EFFICACY = 179.0
 POINT_RADIUS = 1e-3
 """Radius of the sphere or disc that stands for a point, m."""
 
+CAUSTICS = "100000"
+"""Photons of light by way of glass, where a setting has no photon map."""
+
 PACKAGE = Path(sysconfig.get_path("platlib")) / "pyradiance"
 ENVIRONMENT = {**os.environ, "RAYPATH": str(PACKAGE / "lib")}
 
@@ -51,11 +54,11 @@ def version() -> str:
 def write(scene: Scene, folder: Path) -> Path:
     """Writes the scene into `folder`; the path of its .rad file."""
     path = folder / "scene.rad"
-    path.write_text("\n".join(primitives(scene)) + "\n")
+    path.write_text("\n".join(primitives(scene, folder.resolve())) + "\n")
     return path
 
 
-def primitives(scene: Scene) -> Iterator[str]:
+def primitives(scene: Scene, folder: Path) -> Iterator[str]:
     yield f"# {scene.name}"
     for number, (name, faces) in enumerate(scene.faces.items()):
         yield f"# {name}"
@@ -65,7 +68,10 @@ def primitives(scene: Scene) -> Iterator[str]:
                 yield primitive(f"m{number}", "polygon", f"f{number}.{index}.{part}", corners.ravel())
     for number, luminaire in enumerate(scene.luminaires):
         yield f"# {luminaire.name}"
-        yield from opening(number, luminaire)
+        if luminaire.photometry:
+            yield measured(number, luminaire, folder)
+        else:
+            yield from opening(number, luminaire)
 
 
 def primitive(modifier: str, kind: str, name: str, numbers: np.ndarray) -> str:
@@ -79,10 +85,14 @@ def surface(name: str, material: Material) -> str:
             raise Unsupported(f"material {material.name}: shines and reflects; Radiance's light does not reflect")
         return primitive("void", "light", name, material.luminance / EFFICACY)
     if material.dielectric:
-        raise Unsupported(f"material {material.name}: glass (its caustics need a photon map of their own)")
+        ior, absorption = material.dielectric
+        return primitive("void", "dielectric", name, np.array([*[np.exp(-absorption)] * 3, ior, 0]))
     if material.mirrors:
         if material.reflectance.any():
             raise Unsupported(f"material {material.name}: Lambertian and mirror parts together")
+        if material.roughness:
+            # Ward's lobe of the same width; its tails are shorter than GGX's.
+            return primitive("void", "metal", name, np.append(material.specular, [1, material.roughness]))
         return primitive("void", "mirror", name, material.specular)
     return primitive("void", "plastic", name, np.append(material.reflectance, [0, 0]))
 
@@ -113,6 +123,24 @@ def opening(number: int, luminaire: Luminaire) -> Iterator[str]:
         yield primitive(light, "sphere", name, np.append(luminaire.centre, radius))
 
 
+def measured(number: int, luminaire: Luminaire, folder: Path) -> str:
+    """ies2rad's own idea of a photometric file, turned and moved to its place."""
+    web, name = luminaire.photometry, f"web{number}"
+    assert web
+    if np.ptp(luminaire.flux):
+        raise Unsupported(f"luminaire {luminaire.name}: coloured light from a photometric file")
+    if abs(luminaire.aim[2] + 1) > 1e-12:
+        raise Unsupported(f"luminaire {luminaire.name}: a photometric file that doesn't look straight down")
+    scale = luminaire.flux[0] / web.flux
+    make = ["ies2rad", "-dm", "-t", "default", "-m", f"{scale:.9g}", "-o", name, str(web.path.resolve())]
+    rotation = np.degrees(np.arctan2(luminaire.width[1], luminaire.width[0]))
+    move = ["xform", "-rz", f"{rotation:.9g}", "-t", *(f"{x:.9g}" for x in luminaire.centre), f"./{name}.rad"]
+    for command in (make, move):
+        words = [tool(command[0]), *command[1:]]
+        done = subprocess.run(words, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=True)
+    return done.stdout.replace(f"{name}.dat", str(folder / f"{name}.dat"))
+
+
 # --- the run ---------------------------------------------------------------------------------------------------------
 
 
@@ -128,10 +156,13 @@ def run(rad: Path, points: np.ndarray, setting: Setting, threads: int, folder: P
         return done.stdout
 
     (folder / "scene.oct").write_bytes(call([tool("oconv"), str(rad)]))
+    # Radiance's shadow rays do not pass glass: what does is left to a photon map of its own.
+    caustics = ["-apc", "scene.cpm", setting.mkpmap or CAUSTICS] if " dielectric " in rad.read_text() else []
+    wanted = (["-apg", "scene.gpm", *setting.mkpmap.split()] if setting.mkpmap else []) + caustics
     maps: list[str] = []
-    if setting.mkpmap:
-        call([tool("mkpmap"), "-fo+", "-apg", "scene.gpm", *setting.mkpmap.split(), "-n", str(threads), "scene.oct"])
-        maps = ["-ap", "scene.gpm", "50"]
+    if wanted:
+        call([tool("mkpmap"), "-fo+", *wanted, "-n", str(threads), "scene.oct"])
+        maps = [word for name in wanted if name.endswith("pm") for word in ("-ap", name, "50")]
     options = ["-I+", "-h", "-fff", "-n", str(threads), *setting.rtrace.split(), *maps]
     found = call([tool("rtrace"), *options, "scene.oct"], points.astype("<f4").tobytes())
     return np.frombuffer(found, "<f4").reshape(-1, 3).astype(float) * EFFICACY

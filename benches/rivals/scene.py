@@ -29,6 +29,7 @@ class Material:
     name: str
     reflectance: np.ndarray = field(default_factory=lambda: np.zeros(3))
     specular: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    roughness: float = 0.0  # GGX α of the mirror part
     dielectric: tuple[float, float] | None = None  # index of refraction, absorption (1/m)
     luminance: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
@@ -43,7 +44,8 @@ class Material:
 
 @dataclass
 class Luminaire:
-    """A luminous opening; light leaves along `aim` only (a point without `lambertian`: in all directions alike)."""
+    """A luminous opening; light leaves along `aim` only (a point without `lambertian`: in all directions alike; a disc
+    with `photometry` by its file)."""
 
     name: str
     shape: str  # "point", "rectangle" or "disc"
@@ -53,6 +55,7 @@ class Luminaire:
     depth: np.ndarray  # width x depth points along aim
     flux: np.ndarray  # lm of each channel: flux @ REC709 is the luminous flux
     lambertian: bool
+    photometry: Photometry | None = None
 
     @property
     def corners(self) -> np.ndarray:
@@ -124,7 +127,7 @@ class Scene:
 
 
 def load(path: Path) -> Scene:
-    """Reads a scene file and the meshes it names."""
+    """Reads a scene file, the meshes and the photometric files it names."""
     with path.open("rb") as file:
         toml = tomllib.load(file)
     vertices: list[np.ndarray] = []
@@ -144,7 +147,7 @@ def load(path: Path) -> Scene:
         if not all(is_convex(corners[face]) for face in of_name if len(face) > 3):
             raise Unsupported(f"material {name}: a concave polygon; export triangles")
     materials = {name: material(name, toml.get("material", {}).get(name, {}), library.get(name, {})) for name in faces}
-    luminaires = [member for section in toml.get("luminaire", []) for member in spread(section)]
+    luminaires = [member for section in toml.get("luminaire", []) for member in spread(section, path.parent)]
     ends = [corners, *(luminaire.corners for luminaire in luminaires)]
     extent = float(np.ptp(np.concatenate(ends), axis=0).max())
     for luminaire in luminaires:
@@ -220,9 +223,8 @@ def channels(value: Any) -> np.ndarray:
 
 def material(name: str, section: dict[str, Any], mtl: dict[str, list[str]]) -> Material:
     """The scene file's word first, then the MTL's."""
-    for key in ("roughness", "transmittance"):
-        if np.any(channels(section.get(key, 0))):
-            raise Unsupported(f"material {name}: {key}")
+    if np.any(channels(section.get("transmittance", 0))):
+        raise Unsupported(f"material {name}: transmittance")
     if "map_Kd" in mtl and "reflectance" not in section:
         raise Unsupported(f"material {name}: the texture of its MTL")
 
@@ -234,7 +236,7 @@ def material(name: str, section: dict[str, Any], mtl: dict[str, list[str]]) -> M
 
     illum = int(number("illum", 1))
     clear = number("d", 1) < 1 or number("Tr", 0) > 0 or triple("Tf").any() or number("Ni", 1) > 1
-    made = Material(name, luminance=triple("Ke"))
+    made = Material(name, luminance=triple("Ke"), roughness=float(section.get("roughness", 0)))
     if "dielectric" in section:
         made.dielectric = (float(section["dielectric"]["ior"]), float(section["dielectric"].get("absorption", 0)))
     elif not section.keys() & {"reflectance", "specular"} and illum in (4, 6, 7) and clear:
@@ -245,19 +247,23 @@ def material(name: str, section: dict[str, Any], mtl: dict[str, list[str]]) -> M
     return made
 
 
-def spread(section: dict[str, Any]) -> list[Luminaire]:
+def spread(section: dict[str, Any], folder: Path) -> list[Luminaire]:
     """A `[[luminaire]]`, or the members of its array."""
     name, photometry = section["name"], section.get("photometry")
+    web = None
     if photometry not in (None, "lambertian", "isotropic"):
-        raise Unsupported(f"luminaire {name}: photometry {photometry}")
-    opening = section.get("opening", "point")
+        web = read_ies(folder / photometry)
+        if "opening" in section:
+            raise Unsupported(f"luminaire {name}: another opening than its photometric file's")
+    opening = {"disc": web.diameter} if web else section.get("opening", "point")
     shape = opening if isinstance(opening, str) else next(iter(opening))
     sizes = (0.0, 0.0) if shape == "point" else np.broadcast_to(np.array(opening[shape], float), 2)
     aim = np.array(section.get("aim", [0, 0, -1]), float)
     aim /= np.linalg.norm(aim)
     u = c0_direction(aim, section.get("rotation", 0))
     array = section.get("array", {"count": [1, 1], "pitch": [0, 0]})
-    flux = section["flux"] * section.get("dimming", 1.0) * colour(section)
+    lumens = section["flux"] if "flux" in section or not web else web.flux
+    flux = lumens * section.get("dimming", 1.0) * colour(section)
     return [
         Luminaire(
             name=name,
@@ -268,11 +274,56 @@ def spread(section: dict[str, Any]) -> list[Luminaire]:
             depth=sizes[1] * np.cross(aim, u),
             flux=flux,
             lambertian=shape != "point" or photometry == "lambertian",
+            photometry=web,
         )
         for row in range(array["count"][1])
         for column in range(array["count"][0])
         if flux.any()
     ]
+
+
+@dataclass
+class Photometry:
+    """An LM-63 file: type C, absolute or not, light downwards from a disc."""
+
+    path: Path
+    planes: np.ndarray  # C, degrees, from 0 to 360
+    angles: np.ndarray  # γ, degrees
+    candela: np.ndarray  # one row a plane
+    diameter: float  # m
+
+    @property
+    def flux(self) -> float:
+        """lm: I is linear between angles and between planes, so this is exact."""
+        a, b = np.radians(self.angles[:-1]), np.radians(self.angles[1:])
+        first, last = self.candela[:, :-1], self.candela[:, 1:]
+        slope = (last - first) / (b - a)
+        zones = (first * np.cos(a) - last * np.cos(b) + slope * (np.sin(b) - np.sin(a))).sum(axis=1)
+        return float(np.trapezoid(zones, np.radians(self.planes)))
+
+
+def read_ies(path: Path) -> Photometry:
+    """What the bench's own files hold, no more; luxmap reads everything."""
+    text = path.read_text(encoding="latin-1")
+    head, _, body = text.partition("TILT=NONE")
+    words = body.replace(",", " ").split()
+    numbers = np.array([float(word) for word in words])
+    multiplier, kind, unit = numbers[2], int(numbers[5]), int(numbers[6])
+    vertical, horizontal = int(numbers[3]), int(numbers[4])
+    width, length, height = numbers[7:10] * (1.0 if unit == 2 else 0.3048)
+    if "LM-63" not in head or kind != 1 or width >= 0 or width != length or height != 0:
+        raise Unsupported(f"{path.name}: expected LM-63-1995 or later, type C, a disc as opening")
+    scale = multiplier * numbers[10] * numbers[11]
+    angles, planes = numbers[13 : 13 + vertical], numbers[13 + vertical : 13 + vertical + horizontal]
+    candela = scale * numbers[13 + vertical + horizontal :].reshape(horizontal, vertical)
+    if angles[-1] > 90:
+        raise Unsupported(f"{path.name}: light upwards")
+    if horizontal == 1:
+        planes, candela = np.array([0.0, 360]), candela[[0, 0]]
+    while planes[-1] < 360:  # 90 → 180 → 360 by mirror symmetry
+        planes = np.concatenate([planes, 2 * planes[-1] - planes[-2::-1]])
+        candela = np.concatenate([candela, candela[-2::-1]])
+    return Photometry(path, planes, angles, candela, -width)
 
 
 def c0_direction(aim: np.ndarray, rotation: float) -> np.ndarray:

@@ -68,7 +68,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         let found = format!("{}: found no measuring plane, expected a [[plane]]", arguments.scene.display());
         return Err(Error::Usage(format!("{found}; errors are measured on planes")));
     }
-    scene.sensors.clear(); // nothing is compared there, so no time is spent on them
+    // Nothing is compared there, so no time is spent on them.
+    scene.surfaces.clear();
+    scene.sensors.clear();
+    scene.cameras.clear();
     let given = reference::given(&arguments.reference, &scene)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
     report::prepare(&folder)?;

@@ -23,12 +23,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let method = parse_method(arguments.method.as_ref(), &scene);
     let points: usize = scene.planes.iter().map(|plane| plane.len()).sum();
     print(&format!(
-        "{}: {} triangles, {} luminaires, {} planes with {points} points, {} sensors; method {}\n{}",
+        "{}: {} triangles, {} luminaires, {} planes with {points} points, {} sensors, {} cameras; method {}\n{}",
         scene.name,
         scene.mesh.triangles.len(),
         scene.luminaires.len(),
         scene.planes.len(),
         scene.sensors.len(),
+        scene.cameras.len(),
         method.name(),
         Plan::new(&scene, method),
     ))?;

@@ -8,12 +8,12 @@ use clap::builder::PossibleValuesParser;
 use super::progress::Bar;
 use super::{Outcome, complain, print};
 use crate::error::Error;
-use crate::render::{Settings, Tree, render};
-use crate::report::{self, ExtraLayers, Results};
+use crate::render::{IMAGE_ERROR, Settings, Tree, render};
+use crate::report::{self, ExtraLayers};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
 
-/// Compute the illuminance of every measuring plane and sensor, and write it as EXR, PNG, CSV, JSON and HTML.
+/// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
@@ -35,15 +35,15 @@ pub(super) struct Arguments {
     /// Largest search radius, m [default: a tenth of the scene's diagonal].
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     radius: Option<f64>,
-    /// Rays from each grid point a pass; methods gather and path [default: 8].
+    /// Rays from each grid point a pass; methods gather and path; a camera's pixel sends four times as many [default: 8].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     rays: Option<u32>,
     /// Whether neighbouring grid points help each other to what rays found, on or off; off, path has no bias at all
     /// [default: on for gather, off for path].
     #[arg(long, value_name = "ON", value_parser = ["on", "off"], hide_possible_values = true)]
     smooth: Option<String>,
-    /// Stop when the standard error of every map is at most this, % of its mean [default: 1, unless --passes or --time
-    /// is given; seed: one pass].
+    /// Stop when the standard error of every map is at most this, % of its mean, or that of every image where there are
+    /// only cameras [default: 1, images 5, unless --passes or --time is given; seed: one pass].
     #[arg(long, value_name = "PCT", value_parser = percent, allow_negative_numbers = true)]
     error: Option<f64>,
     /// Stop before this time is over, s (the first pass is always done).
@@ -62,13 +62,19 @@ pub(super) struct Arguments {
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Only this measuring plane; repeatable.
+    /// Only this measuring plane or surface, and no camera but those of --camera; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
+    /// Only this camera, and no measuring plane but those of --plane; repeatable.
+    #[arg(long = "camera", value_name = "NAME")]
+    cameras: Vec<String>,
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
-    /// Exit with code 1 if a sensor misses its target.
+    /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
+    #[arg(long)]
+    groups: bool,
+    /// Exit with code 1 if a sensor misses its target, or an area what is required of it.
     #[arg(long)]
     check: bool,
     /// Print the summary as JSON instead of the table.
@@ -114,7 +120,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let started = Instant::now();
     let mut scene = Scene::load(&arguments.scene)?;
     let load_seconds = started.elapsed().as_secs_f64();
-    choose_planes(&mut scene, &arguments.planes)?;
+    choose(&mut scene, &arguments.planes, &arguments.cameras)?;
+    if arguments.groups {
+        scene.render.groups = Some(true);
+    }
     let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
     let settings = settings(arguments, &scene, &plan);
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
@@ -138,19 +147,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(if arguments.check && misses_target(&results) { Outcome::Missed } else { Outcome::Done })
+    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
 }
 
-/// Keeps the planes asked for; all where none is named.
+/// Keeps the planes and cameras asked for; all where none is named.
+fn choose(scene: &mut Scene, planes: &[String], cameras: &[String]) -> Result<(), Error> {
+    choose_planes(scene, planes)?;
+    let known: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    if let Some(unknown) = cameras.iter().find(|name| !known.contains(&name.as_str())) {
+        let known =
+            if known.is_empty() { "a scene with a [[camera]]" } else { &format!("one of {}", known.join(", ")) };
+        return Err(Error::Usage(format!("--camera: found \"{unknown}\", expected {known}")));
+    }
+    if !planes.is_empty() || !cameras.is_empty() {
+        scene.planes.retain(|plane| planes.contains(&plane.name));
+        scene.surfaces.retain(|surface| planes.contains(&surface.name));
+        scene.cameras.retain(|camera| cameras.contains(&camera.name));
+    }
+    Ok(())
+}
+
+/// Keeps the planes and surfaces asked for; all where none is named.
 pub(super) fn choose_planes(scene: &mut Scene, names: &[String]) -> Result<(), Error> {
     if names.is_empty() {
         return Ok(());
     }
-    let known: Vec<&str> = scene.planes.iter().map(|plane| plane.name.as_str()).collect();
+    let planes = scene.planes.iter().map(|plane| plane.name.as_str());
+    let known: Vec<&str> = planes.chain(scene.surfaces.iter().map(|surface| surface.name.as_str())).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         return Err(Error::Usage(format!("--plane: found \"{unknown}\", expected one of {}", known.join(", "))));
     }
     scene.planes.retain(|plane| names.contains(&plane.name));
+    scene.surfaces.retain(|surface| names.contains(&surface.name));
     Ok(())
 }
 
@@ -160,6 +188,7 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
     let defaults = Settings::for_plan(plan);
     let passes = arguments.passes.or(file.passes).or((plan.method == Method::Seed).then_some(1));
     let unlimited = passes.is_none() && arguments.time.is_none();
+    let only_images = scene.planes.is_empty() && scene.sensors.is_empty();
     let tree = arguments.tree.as_ref().or(file.tree.as_ref()).and_then(|name| named(name, Tree::ALL));
     Settings {
         photons: arguments.photons.or(file.photons).unwrap_or(defaults.photons),
@@ -168,10 +197,11 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
         rays: arguments.rays.unwrap_or(defaults.rays),
         smooth: arguments.smooth.as_ref().map_or(defaults.smooth, |switch| switch == "on"),
         passes,
-        error: arguments.error.or(unlimited.then_some(1.0)),
+        error: arguments.error.or(unlimited.then_some(if only_images { IMAGE_ERROR } else { 1.0 })),
         time: arguments.time,
         tree: tree.unwrap_or(defaults.tree),
         seed: arguments.seed.or(file.seed).unwrap_or(defaults.seed),
+        groups: file.groups.unwrap_or(false),
     }
 }
 
@@ -182,8 +212,4 @@ fn layers(names: &[String]) -> ExtraLayers {
 
 pub(super) fn stem(scene: &Path) -> PathBuf {
     scene.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from)
-}
-
-fn misses_target(results: &Results) -> bool {
-    results.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::error::{Error, InputError, Location};
 use crate::gather::direct::emitter::MOST_POLYGONS;
-use crate::luminaire::Opening;
+use crate::luminaire::{Luminaire, Opening};
 use crate::render::{Progress, Settings, render};
 use crate::report::{IlluminanceMap, exr, stems};
 use crate::scene::plan::{Method, Plan};
@@ -77,11 +77,15 @@ fn compute(scene: &Scene, seed: u64, progress: &dyn Progress) -> Result<Vec<Refe
 }
 
 /// Whether direct light by closed form is all there is: no surface reflects, and none stands between an opening and a
-/// measuring plane. Meshes of so many triangles that they are sampled have none. Surfaces count as between if their bounds
+/// measuring plane. Meshes of so many triangles that they are sampled have none, and no measured opening or body. Surfaces count as between if their bounds
 /// reach into the box around openings and planes; openings don't shade each other where all lie in one plane.
 fn has_closed_form(scene: &Scene) -> bool {
-    let sampled = |opening: &Opening| matches!(opening, Opening::Triangles(all) if all.len() > MOST_POLYGONS);
-    if Plan::new(scene, Method::Split).photons || scene.luminaires.iter().any(|lamp| sampled(&lamp.opening)) {
+    let sampled = |lamp: &Luminaire| match &lamp.opening {
+        Opening::Triangles(all) => all.len() > MOST_POLYGONS,
+        Opening::Body(_) => true,
+        opening => lamp.measured().is_some() && opening.flat().is_some(),
+    };
+    if Plan::new(scene, Method::Split).photons || scene.luminaires.iter().any(sampled) {
         return false;
     }
     let shining: Vec<DVec3> = scene.luminaires.iter().flat_map(|luminaire| outline(&luminaire.opening)).collect();
@@ -106,9 +110,10 @@ fn has_closed_form(scene: &Scene) -> bool {
 fn front(opening: &Opening) -> Option<(DVec3, DVec3)> {
     match opening {
         Opening::Point { .. } => None,
-        Opening::Rectangle { centre, half_width, half_depth } => {
+        Opening::Rectangle { centre, half_width, half_depth } | Opening::Ellipse { centre, half_width, half_depth } => {
             Some((*centre, half_width.cross(*half_depth).normalize()))
         }
+        Opening::Body(_) => None,
         Opening::Disc { centre, aim, .. } => Some((*centre, *aim)),
         Opening::Triangles(triangles) => triangles.first().map(|&[a, b, c]| (a, (b - a).cross(c - a).normalize())),
     }
@@ -118,13 +123,15 @@ fn front(opening: &Opening) -> Option<(DVec3, DVec3)> {
 fn outline(opening: &Opening) -> Vec<DVec3> {
     match opening {
         Opening::Point { position, .. } => vec![*position],
-        Opening::Rectangle { centre, half_width: w, half_depth: d } => {
+        Opening::Rectangle { centre, half_width: w, half_depth: d }
+        | Opening::Ellipse { centre, half_width: w, half_depth: d } => {
             vec![*centre - *w - *d, *centre + *w - *d, *centre + *w + *d, *centre - *w + *d]
         }
         Opening::Disc { centre, aim, radius } => {
             let (x, y) = aim.any_orthonormal_pair();
             [-x - y, x - y, x + y, y - x].map(|corner| *centre + corner * *radius).to_vec()
         }
+        Opening::Body(body) => body.triangles().flatten().collect(),
         Opening::Triangles(triangles) => triangles.concat(),
     }
 }

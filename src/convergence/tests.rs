@@ -21,6 +21,8 @@ fn map(illuminance: &[f64], standard_error: &[f64]) -> IlluminanceMap {
         standard_error: standard_error.to_vec(),
         has_value: illuminance.iter().map(|e| !e.is_nan()).collect(),
         outlines: Vec::new(),
+        groups: Vec::new(),
+        areas: Vec::new(),
     }
 }
 

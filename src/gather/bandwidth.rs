@@ -26,15 +26,20 @@ pub const FIXED: [f64; 2] = [1.0, 0.25];
 const BIAS_AT_LEAST_RISK: f64 = 0.5;
 
 /// The best of several estimates at each point, widest first, its bias included in its variance; the first, if `fixed`.
-/// `grid` is the points' columns and rows, if they have any.
+/// `grid` is the points' columns and rows, if they have any. `chosen` hears which was taken at each point.
 pub fn choose<const C: usize>(
     mut scales: Vec<Vec<Estimate<C>>>,
     fixed: bool,
     grid: Option<[usize; 2]>,
     has_value: &[bool],
+    mut chosen: impl FnMut(usize),
 ) -> Vec<Estimate<C>> {
     let plain = if fixed { 0 } else { MIDDLE };
-    let Some(grid) = grid else { return scales.swap_remove(plain.min(scales.len() - 1)) };
+    let Some(grid) = grid else {
+        let plain = plain.min(scales.len() - 1);
+        has_value.iter().for_each(|_| chosen(plain));
+        return scales.swap_remove(plain);
+    };
     let Some(narrowest) = scales.last() else { return Vec::new() };
     let risks: Vec<[Vec<f64>; 2]> = scales
         .iter()
@@ -55,10 +60,12 @@ pub fn choose<const C: usize>(
             let risk = |scale: usize| risks[scale][0][point] + risks[scale][1][point];
             if fixed {
                 let Estimate { value, variance } = scales[0][point];
+                chosen(0);
                 return Estimate { value, variance: variance + risks[0][0][point] };
             }
             let best = (0..scales.len()).min_by(|&a, &b| risk(a).total_cmp(&risk(b))).unwrap_or(0);
             let Estimate { value, variance } = scales[best][point];
+            chosen(best);
             Estimate { value, variance: variance + risks[best][0][point].max(BIAS_AT_LEAST_RISK * variance) }
         })
         .collect()

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::surroundings::{Surroundings, View, kernel};
 use crate::photon::flux::photometric;
-use crate::photon_map::{Block, BlockVisitor, LANES, NearestPhotons, PhotonMap};
+use crate::photon_map::{Block, BlockVisitor, LANES, MARKED, NearestPhotons, PhotonMap};
 
 /// An estimate and its variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +77,27 @@ pub fn local_linear<T: NearestPhotons, const C: usize>(
     surroundings: &Surroundings,
     scratch: &mut T::Scratch,
 ) -> Estimate<C> {
+    local_linear_in_groups(map, at, search, surroundings, scratch, None)
+}
+
+/// What each light group adds to an estimate: rows of sums over the photons marked with its number.
+pub struct GroupSums<'a> {
+    /// E, lx: channel by channel, group by group.
+    pub lux: &'a mut [f64],
+    /// Variance of the photometric E, lx², group by group; empty where nobody asks.
+    pub variance: &'a mut [f64],
+}
+
+/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so that
+/// shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
+pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
+    map: &PhotonMap<T, C>,
+    at: [f32; 2],
+    search: Search,
+    surroundings: &Surroundings,
+    scratch: &mut T::Scratch,
+    groups: Option<GroupSums<'_>>,
+) -> Estimate<C> {
     let point = [at[0], at[1], 0.0];
     let probe = (search.nearest / 16).max(PROBE);
     let found = map.sum_nearest(point, probe, search.radius, scratch);
@@ -96,8 +117,17 @@ pub fn local_linear<T: NearestPhotons, const C: usize>(
         map.visit_blocks(point, radius, scratch, &mut sum);
         sum.estimate()
     };
-    let linear = sum(moments.first_row_of_inverse());
-    if photometric(linear.value) >= 0.0 { linear } else { sum(moments.constant_row()) }
+    let mut row = moments.first_row_of_inverse();
+    let mut estimate = sum(row);
+    if photometric(estimate.value) < 0.0 {
+        row = moments.constant_row();
+        estimate = sum(row);
+    }
+    if let Some(groups) = groups {
+        let sum = Sum::<C>::new(&view, row, radius, rim);
+        map.visit_marked(point, radius, scratch, &mut SumInGroups { sum, groups });
+    }
+    estimate
 }
 
 /// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.
@@ -123,9 +153,10 @@ impl<'a, const C: usize> Sum<'a, C> {
     }
 }
 
-impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
+impl<const C: usize> Sum<'_, C> {
+    /// What each photon of a block counts.
     #[inline(always)]
-    fn visit(&mut self, block: &Block<'_, C>) {
+    fn weights<const D: usize>(&mut self, block: &Block<'_, D>) -> [f64; LANES] {
         let (mut x, mut y, mut weight) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             (x[lane], y[lane]) = (block.offset[0][lane] * self.per_radius, block.offset[1][lane] * self.per_radius);
@@ -142,6 +173,14 @@ impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
         {
             (weight[lane], self.rim) = (0.0, None);
         }
+        weight
+    }
+}
+
+impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
+    #[inline(always)]
+    fn visit(&mut self, block: &Block<'_, C>) {
+        let weight = self.weights(block);
         let mut photometric_flux = [0.0; LANES];
         for lane in 0..LANES {
             let mut flux = [0.0; C];
@@ -154,6 +193,27 @@ impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
         for lane in 0..LANES {
             let part = photometric_flux[lane] * weight[lane];
             self.squares[lane] += part * part;
+        }
+    }
+}
+
+/// The same sum, apart for each light group.
+struct SumInGroups<'a, const C: usize> {
+    sum: Sum<'a, C>,
+    groups: GroupSums<'a>,
+}
+
+impl<const C: usize> BlockVisitor<MARKED> for SumInGroups<'_, C> {
+    #[inline(always)]
+    fn visit(&mut self, block: &Block<'_, MARKED>) {
+        let weight = self.sum.weights(block);
+        for lane in (0..LANES).filter(|&lane| weight[lane] != 0.0) {
+            let group = block.flux[MARKED - 1][lane] as usize;
+            let part: [f64; C] = std::array::from_fn(|c| f64::from(block.flux[c][lane]) * weight[lane]);
+            self.groups.lux[group * C..][..C].iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+            if let Some(variance) = self.groups.variance.get_mut(group) {
+                *variance += photometric(part).powi(2);
+            }
         }
     }
 }

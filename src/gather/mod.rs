@@ -1,6 +1,10 @@
-//! From photons to lux: every point of every measuring plane, one query each.
+//! From photons to lux: every point of every measuring plane, every pixel of every camera.
 
 pub mod bandwidth;
+pub mod bodies;
+pub mod camera;
+pub mod caustics;
+pub mod counts;
 pub mod density;
 pub mod direct;
 pub mod gates;

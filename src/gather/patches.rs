@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use glam::Vec3;
 
 use crate::embree::{Hit, RayCaster};
+use crate::luminaire::LightGroups;
 use crate::photon::flux::Flux;
 use crate::photon::trace::{Flight, Recorder};
 use crate::scene::Mesh;
@@ -236,16 +237,87 @@ impl<const C: usize> PatchLight<C> {
     }
 }
 
+/// The same by light group: few of many groups have photons on any one patch, and only these are kept.
+pub struct PatchGroups<const C: usize> {
+    /// Where the parts of each patch lie.
+    ranges: Vec<[usize; 2]>,
+    /// Groups and their illuminance, lx.
+    parts: Vec<(u32, [f32; C])>,
+}
+
+impl<const C: usize> PatchGroups<C> {
+    /// Adds up what landed, as `light` did. Memory: that of the landings, however many groups there are.
+    /// Cost: O(landings + patches).
+    pub fn new(
+        grid: &PatchGrid,
+        records: &[PatchRecorder<'_, C>],
+        groups: &LightGroups,
+        light: &PatchLight<C>,
+    ) -> Self {
+        let mut ranges = vec![[0; 2]; grid.patches];
+        records.iter().flat_map(|record| &record.landings).for_each(|(patch, _)| ranges[*patch as usize][1] += 1);
+        let mut landings = 0;
+        for [start, end] in &mut ranges {
+            (*start, landings) = (landings, landings + *end);
+            *end = *start;
+        }
+        // Photons come luminaire by luminaire, so those of a group mostly follow each other.
+        let mut parts = vec![(0, [0.0; C]); landings];
+        for (patch, flux, luminaire) in records.iter().flat_map(PatchRecorder::by_source) {
+            let [start, end] = &mut ranges[patch as usize];
+            let group = groups.group(luminaire);
+            if *end == *start || parts[*end - 1].0 != group {
+                parts[*end].0 = group;
+                *end += 1;
+            }
+            parts[*end - 1].1.iter_mut().zip(flux.0).for_each(|(sum, flux)| *sum += flux);
+        }
+        // So that they add up to the whole, the rounding of its sum included.
+        for ([start, end], whole) in ranges.iter().zip(&light.0) {
+            let parts = &mut parts[*start..*end];
+            for (c, whole) in whole.iter().enumerate() {
+                let sum: f64 = parts.iter().map(|(_, lux)| f64::from(lux[c])).sum();
+                let share = if sum > 0.0 { f64::from(*whole) / sum } else { 0.0 };
+                parts.iter_mut().for_each(|(_, lux)| lux[c] = (f64::from(lux[c]) * share) as f32);
+            }
+        }
+        Self { ranges, parts }
+    }
+
+    /// Groups and what they bring to a patch, lx.
+    #[inline]
+    pub fn parts(&self, patch: usize) -> &[(u32, [f32; C])] {
+        let [start, end] = self.ranges[patch];
+        &self.parts[start..end]
+    }
+}
+
 /// Records where photons land.
 pub struct PatchRecorder<'a, const C: usize> {
     grid: &'a PatchGrid,
     landings: Vec<(u32, Flux<C>)>,
+    /// Where the landings of each luminaire begin, if that matters: photons come luminaire by luminaire.
+    sources: Option<Vec<(usize, u32)>>,
 }
 
 impl<'a, const C: usize> PatchRecorder<'a, C> {
     /// An empty record.
     pub fn new(grid: &'a PatchGrid) -> Self {
-        Self { grid, landings: Vec::new() }
+        Self { grid, landings: Vec::new(), sources: None }
+    }
+
+    /// The same, which keeps the luminaires too, if they matter.
+    pub fn with_sources(self, matter: bool) -> Self {
+        Self { sources: matter.then(Vec::new), ..self }
+    }
+
+    /// Patch, flux and luminaire of each landing, in order; none without sources.
+    fn by_source(&self) -> impl Iterator<Item = (u32, Flux<C>, u32)> {
+        let sources = self.sources.as_deref().unwrap_or_default();
+        let ends = sources.iter().skip(1).map(|&(start, _)| start).chain([self.landings.len()]);
+        sources.iter().zip(ends).flat_map(|(&(start, luminaire), end)| {
+            self.landings[start..end].iter().map(move |&(patch, flux)| (patch, flux, luminaire))
+        })
     }
 }
 
@@ -255,6 +327,11 @@ impl<const C: usize> Recorder<C> for PatchRecorder<'_, C> {
         if let (Some(hit), true) = (flight.hit, flight.lands)
             && let Some(patch) = self.grid.landing(hit, flight.direction)
         {
+            if let Some(sources) = &mut self.sources
+                && sources.last().is_none_or(|&(_, luminaire)| luminaire != flight.luminaire)
+            {
+                sources.push((self.landings.len(), flight.luminaire));
+            }
             self.landings.push((patch, flux));
         }
     }

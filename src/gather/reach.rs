@@ -24,8 +24,10 @@ const OPEN_WALKS: u64 = 8;
 pub struct Reach<'a> {
     caster: &'a RayCaster,
     fronts: Vec<Front>,
-    /// Light passes.
+    /// Light passes straight.
     clear: Vec<bool>,
+    /// Light passes and is scattered.
+    translucent: Vec<bool>,
     seed: Seed,
     /// Whether light gets out of the scene, so that what else is outside may meet it.
     open: bool,
@@ -37,8 +39,9 @@ impl<'a> Reach<'a> {
         let clear = scene.materials.iter().map(|material: &Material| material.dielectric.is_some()).collect();
         let mut reach = Self {
             caster,
-            fronts: scene.luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect(),
+            fronts: scene.luminaires.iter().map(Front::of).collect(),
             clear,
+            translucent: scene.materials.iter().map(Material::is_translucent).collect(),
             seed,
             open: false,
         };
@@ -51,12 +54,15 @@ impl<'a> Reach<'a> {
         let mut stream = self.seed.stream(point as u64);
         let start = receiver.start(point);
         self.fronts.iter().any(|front| self.sees(start, front, 0.0, [0.5; 2]))
-            || (0..WALKS).any(|_| self.walk_arrives(start, receiver.normal, &mut stream))
+            || (0..WALKS).any(|_| {
+                let direction = receiver.direction(point, stream.uniform_pair());
+                self.walk_arrives(start, direction, &mut stream)
+            })
     }
 
-    /// One walk from a point: it arrives if it comes to see a luminaire, or gets out where light gets out.
-    fn walk_arrives(&self, start: Vec3, normal: Vec3, stream: &mut Stream) -> bool {
-        let (mut origin, mut direction) = (start, stream.cosine_about(normal));
+    /// One walk from a point, at first along `towards`: it arrives if it comes to see a luminaire, or gets out where light gets out.
+    fn walk_arrives(&self, start: Vec3, towards: Vec3, stream: &mut Stream) -> bool {
+        let (mut origin, mut direction) = (start, towards);
         for _ in 0..BOUNCES {
             let choice = (stream.uniform() * self.fronts.len() as f32) as usize;
             let front = &self.fronts[choice.min(self.fronts.len() - 1)];
@@ -95,7 +101,9 @@ impl<'a> Reach<'a> {
         let onward = if self.clear[hit.material as usize] {
             direction
         } else {
-            stream.cosine_about(if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal })
+            let through = self.translucent[hit.material as usize] && stream.uniform() < 0.5;
+            let to_front = (direction.dot(hit.normal) < 0.0) != through;
+            stream.cosine_about(if to_front { hit.normal } else { -hit.normal })
         };
         Some((hit.leave(onward), onward))
     }
@@ -103,7 +111,7 @@ impl<'a> Reach<'a> {
     /// Whether nothing but glass stands between a point and one of a luminaire's front; walks alone would hardly ever hit
     /// on a lamp in a bulb.
     fn sees(&self, from: Vec3, front: &Front, choice: f32, at: [f32; 2]) -> bool {
-        let (target, normal) = front.point_off(choice, at, from, self.caster);
+        let (target, normal) = front.point_seen(choice, at, from, self.caster);
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;

@@ -4,14 +4,20 @@
 //! the air: flux through the plane is what illuminance means, and a density of surface hits elsewhere is not. Light that
 //! lands on a surface within [`Receiver::tolerance`] below the plane counts as crossing it, so a plane on a floor works
 //! whatever the rounding of the mesh. Sensors that share a plane share a receiver.
+//!
+//! Samples of a surface, each with a normal of its own, and measured bodies make receivers too, which no photon crosses:
+//! `counts.rs` counts theirs.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::bodies::Body;
 use crate::embree::RayCaster;
 use crate::photon::flux::Flux;
+use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
-use crate::scene::{MeasuringPlane, Scene, Sensor};
+use crate::scene::measured::Sample;
+use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
 
 /// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
 /// photons matter.
@@ -36,6 +42,17 @@ pub struct Receiver {
     on_surface: Vec<bool>,
     low: [f32; 2],
     high: [f32; 2],
+    facing: Facing,
+}
+
+/// Where the points of a receiver look.
+enum Facing {
+    /// All along the plane's normal.
+    Plane,
+    /// Each along a normal of its own, on a surface.
+    Each(Vec<Vec3>),
+    /// All about.
+    Bodies(Vec<Body>),
 }
 
 impl Receiver {
@@ -57,6 +74,9 @@ impl Receiver {
         };
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for (index, sensor) in scene.sensors.iter().enumerate() {
+            if sensor.measure != Measure::Plane {
+                continue;
+            }
             match groups.iter_mut().find(|group| same_plane(&scene.sensors[group[0]], sensor)) {
                 Some(group) => group.push(index),
                 None => groups.push(vec![index]),
@@ -72,6 +92,59 @@ impl Receiver {
                 (Self::new(middle, [u, normal.cross(u)], &points, caster, tolerance, margin), group)
             })
             .collect()
+    }
+
+    /// The receiver of the scene's measured bodies, and which sensors they are, if there are any.
+    pub fn of_bodies(scene: &Scene, caster: &RayCaster, tolerance: f32) -> Option<(Self, Vec<usize>)> {
+        let served: Vec<usize> =
+            (0..scene.sensors.len()).filter(|&index| scene.sensors[index].measure != Measure::Plane).collect();
+        let of = |&index: &usize| &scene.sensors[index];
+        let starts = served.iter().map(of).map(|sensor| {
+            let (at, axis) = (sensor.position.as_vec3(), sensor.normal.as_vec3());
+            match caster.closest_hit(at + axis * tolerance, -axis, 2.0 * tolerance) {
+                Some(hit) => hit.leave(axis),
+                None => at,
+            }
+        });
+        let bodies = served.iter().map(of).map(|sensor| Body { measure: sensor.measure, axis: sensor.normal });
+        let receiver = Self::apart(starts.collect(), Facing::Bodies(bodies.collect()));
+        (!served.is_empty()).then_some((receiver, served))
+    }
+
+    /// The receiver of a measured surface: a point at the middle of each sample, just off the surface.
+    pub fn of_surface(surface: &MeasuredSurface, caster: &RayCaster) -> Self {
+        let face = |sample: &Sample| {
+            let largest = sample.corners.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+            let normal = sample.normal().as_vec3();
+            (caster.step_off(sample.centre().as_vec3(), normal, largest as f32), normal)
+        };
+        let mut receiver = Self::of_faces(surface.samples.iter().map(face));
+        receiver.on_surface.fill(true);
+        receiver
+    }
+
+    /// Points that each have a normal of their own.
+    pub fn of_faces(faces: impl Iterator<Item = (Vec3, Vec3)>) -> Self {
+        let (starts, normals) = faces.unzip();
+        Self::apart(starts, Facing::Each(normals))
+    }
+
+    /// Points that share no plane, which nothing crosses.
+    fn apart(starts: Vec<Vec3>, facing: Facing) -> Self {
+        Self {
+            origin: Vec3::ZERO,
+            u: Vec3::X,
+            v: Vec3::Y,
+            normal: Vec3::Z,
+            points: Vec::new(),
+            grid: None,
+            tolerance: 0.0,
+            on_surface: vec![false; starts.len()],
+            starts,
+            low: [f32::INFINITY; 2],
+            high: [f32::NEG_INFINITY; 2],
+            facing,
+        }
     }
 
     fn new(
@@ -113,17 +186,49 @@ impl Receiver {
             on_surface,
             low,
             high,
+            facing: Facing::Plane,
         }
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.points.len()
+        self.starts.len()
     }
 
     /// Whether no illuminance is asked for.
     pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
+        self.starts.is_empty()
+    }
+
+    /// Whether its points share a plane, whose crossings tell their light.
+    pub fn is_plane(&self) -> bool {
+        matches!(self.facing, Facing::Plane)
+    }
+
+    /// The bodies it measures, one at each point; none on planes and surfaces.
+    pub fn bodies(&self) -> &[Body] {
+        if let Facing::Bodies(bodies) = &self.facing { bodies } else { &[] }
+    }
+
+    /// Unit normal of the measured side at a point; the axis of a body.
+    #[inline]
+    pub fn normal_at(&self, point: usize) -> Vec3 {
+        match &self.facing {
+            Facing::Plane => self.normal,
+            Facing::Each(normals) => normals[point],
+            Facing::Bodies(bodies) => bodies[point].axis.as_vec3(),
+        }
+    }
+
+    /// The direction that belongs to a point of the unit square when directions are drawn as `point` weighs light: on a
+    /// flat cell with density cos θ/π.
+    #[inline]
+    pub fn direction(&self, point: usize, at: [f32; 2]) -> Vec3 {
+        match &self.facing {
+            Facing::Plane => Stream::cosine_at(self.normal, at),
+            Facing::Each(normals) => Stream::cosine_at(normals[point], at),
+            Facing::Bodies(bodies) => bodies[point].direction(at),
+        }
     }
 
     /// Whether a point has a surface within the tolerance.
@@ -210,11 +315,22 @@ pub struct Crossings<const C: usize> {
     pub sharp: Photons<C>,
     /// Light that met a diffuse surface.
     pub smooth: Photons<C>,
+    /// Luminaires of the sharp and the smooth photons, where they matter; else none.
+    pub sources: [Vec<u32>; 2],
 }
 
 impl<const C: usize> Default for Crossings<C> {
     fn default() -> Self {
-        Self { sharp: Photons::default(), smooth: Photons::default() }
+        Self { sharp: Photons::default(), smooth: Photons::default(), sources: Default::default() }
+    }
+}
+
+impl<const C: usize> Crossings<C> {
+    /// Moves the photons of `other` behind these.
+    pub fn append(&mut self, other: &mut Self) {
+        self.sharp.append(&mut other.sharp);
+        self.smooth.append(&mut other.smooth);
+        self.sources.iter_mut().zip(&mut other.sources).for_each(|(all, part)| all.append(part));
     }
 }
 
@@ -229,17 +345,36 @@ pub enum Keep {
     Caustics,
 }
 
+impl Keep {
+    /// Whether a photon of this history is kept.
+    #[inline]
+    pub fn keeps(self, history: History) -> bool {
+        match self {
+            Self::All => true,
+            Self::Bounced => history != History::Direct,
+            Self::Caustics => history == History::Specular,
+        }
+    }
+}
+
 /// Keeps the photons that cross the receivers, and none else.
 pub struct CrossingRecorder<'a, const C: usize> {
     receivers: &'a [&'a Receiver],
     keep: Keep,
+    /// Whether luminaires matter.
+    sources: bool,
     crossings: Vec<Crossings<C>>,
 }
 
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
     pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
-        Self { receivers, keep, crossings: vec![Crossings::default(); receivers.len()] }
+        Self { receivers, keep, sources: false, crossings: vec![Crossings::default(); receivers.len()] }
+    }
+
+    /// The same, which keeps the luminaires too, if they matter.
+    pub fn with_sources(self, matter: bool) -> Self {
+        Self { sources: matter, ..self }
     }
 
     /// One record out of many, in order.
@@ -247,10 +382,7 @@ impl<'a, const C: usize> CrossingRecorder<'a, C> {
         let count = records.first().map_or(0, |record| record.crossings.len());
         let mut merged = vec![Crossings::default(); count];
         for mut record in records {
-            for (all, part) in merged.iter_mut().zip(&mut record.crossings) {
-                all.sharp.append(&mut part.sharp);
-                all.smooth.append(&mut part.smooth);
-            }
+            merged.iter_mut().zip(&mut record.crossings).for_each(|(all, part)| all.append(part));
         }
         merged
     }
@@ -259,19 +391,17 @@ impl<'a, const C: usize> CrossingRecorder<'a, C> {
 impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
     #[inline]
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
-        let kept = match self.keep {
-            Keep::All => true,
-            Keep::Bounced => flight.history != History::Direct,
-            Keep::Caustics => flight.history == History::Specular,
-        };
-        if !kept {
+        if !self.keep.keeps(flight.history) {
             return;
         }
         for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
             if let Some([a, b]) = receiver.crossing(flight) {
-                let kept =
-                    if flight.history == History::Diffused { &mut crossings.smooth } else { &mut crossings.sharp };
+                let smooth = flight.history == History::Diffused;
+                let kept = if smooth { &mut crossings.smooth } else { &mut crossings.sharp };
                 kept.push([a, b, 0.0], flux);
+                if self.sources {
+                    crossings.sources[usize::from(smooth)].push(flight.luminaire);
+                }
             }
         }
     }

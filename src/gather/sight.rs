@@ -6,16 +6,22 @@
 //! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
 //! elsewhere (`direct.rs`).
 
-use glam::Vec3;
+use std::f32::consts::PI;
+use std::f64::consts::FRAC_1_PI;
 
-use super::lamps::{Lamps, near_squared};
-use super::patches::{PatchGrid, PatchLight};
-use crate::embree::RayCaster;
-use crate::luminaire::Luminaire;
+use glam::{DVec3, Vec3};
+
+use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
+use super::patches::{PatchGrid, PatchGroups, PatchLight};
+use crate::embree::{Hit, RayCaster};
+use crate::luminaire::body::Body;
 use crate::luminaire::emit::triangle_area;
+use crate::luminaire::web::Measured;
+use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::random::Stream;
-use crate::photon::surface::{Surface, mirror, refract};
+use crate::photon::rough::Microsurface;
+use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
 use crate::photon::trace::BOUNCE_CAP;
 use crate::scene::Scene;
 
@@ -30,6 +36,7 @@ pub struct Sight<'a, const C: usize> {
     lamps: Lamps<'a, C>,
     /// The triangles that shine, in order.
     glow: Vec<Glow<C>>,
+    webs: Vec<GlowWeb>,
     /// Whether light of luminaires by way of mirrors and glass is counted where it reaches the point itself.
     caustics: bool,
 }
@@ -37,10 +44,66 @@ pub struct Sight<'a, const C: usize> {
 /// A triangle that shines.
 struct Glow<const C: usize> {
     triangle: u32,
-    /// Exitance of its front, lx.
+    luminaire: u32,
+    /// Exitance of its front, lx; of a measured luminaire its flux, lm.
     exitance: [f32; C],
+    /// The measured luminaire it belongs to.
+    web: Option<u32>,
     /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
     near_squared: f32,
+    /// See [`spreads`].
+    spread: f32,
+}
+
+/// What a ray left last: tells which part of the light of a luminaire that it meets was not drawn there.
+#[derive(Clone, Copy)]
+pub(super) enum Last {
+    /// The point that asks: luminaires it sees are counted elsewhere.
+    Point,
+    /// A mirror or glass: nothing was drawn.
+    Mirror,
+    /// A diffuse surface: all but what is near.
+    Diffuse,
+    /// A rough mirror, with this density (1/sr): what this way is the less likely to find.
+    Gloss(f32),
+}
+
+/// A measured luminaire as rays meet it.
+struct GlowWeb {
+    measured: Measured,
+    seen: SeenArea,
+}
+
+enum SeenArea {
+    /// Area and normal.
+    Flat(f64, DVec3),
+    Body(Body),
+}
+
+/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
+/// something that is not flat, and flat it would be infinitely bright.
+const FLATTEST: f64 = 1e-3;
+
+impl GlowWeb {
+    fn of(luminaire: &Luminaire) -> Option<Self> {
+        let measured = luminaire.measured()?.clone();
+        let seen = match (&luminaire.opening, luminaire.opening.flat()) {
+            (_, Some((area, normal))) => SeenArea::Flat(area, normal),
+            (Opening::Body(body), _) => SeenArea::Body(*body),
+            _ => return None,
+        };
+        Some(Self { measured, seen })
+    }
+
+    /// π times the luminance towards the unit vector `direction`, lx/lm.
+    fn per_lumen(&self, direction: DVec3, front: bool) -> Option<f32> {
+        let area = match &self.seen {
+            SeenArea::Flat(area, normal) => area * normal.dot(direction).abs().max(FLATTEST),
+            SeenArea::Body(_) if !front => return None,
+            SeenArea::Body(body) => body.projected_area(direction),
+        };
+        Some((std::f64::consts::PI * self.measured.at(direction) / area) as f32)
+    }
 }
 
 /// Photons' answer where a ray ends.
@@ -52,21 +115,72 @@ pub struct Records<'a, const C: usize> {
     pub light: &'a PatchLight<C>,
 }
 
+/// Hears where the light of rays comes from.
+pub trait Origins<const C: usize> {
+    /// So much (lx) from a luminaire.
+    fn luminaire(&mut self, luminaire: u32, lux: [f64; C]);
+    /// So many times the illuminance of a patch.
+    fn patch(&mut self, patch: usize, weight: Flux<C>);
+}
+
+/// Nobody wants to know.
+impl<const C: usize> Origins<C> for () {
+    #[inline(always)]
+    fn luminaire(&mut self, _: u32, _: [f64; C]) {}
+    #[inline(always)]
+    fn patch(&mut self, _: usize, _: Flux<C>) {}
+}
+
+/// Adds up the light of each group.
+pub struct ToGroups<'a, const C: usize> {
+    /// The groups.
+    pub groups: &'a LightGroups,
+    /// Their light on the patches where rays end.
+    pub patches: Option<&'a PatchGroups<C>>,
+    /// A row of sums, lx.
+    pub row: &'a mut [f64],
+}
+
+impl<const C: usize> Origins<C> for ToGroups<'_, C> {
+    #[inline]
+    fn luminaire(&mut self, luminaire: u32, lux: [f64; C]) {
+        let sums = &mut self.row[self.groups.group(luminaire) as usize * C..][..C];
+        sums.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
+    }
+
+    #[inline]
+    fn patch(&mut self, patch: usize, weight: Flux<C>) {
+        let Some(patches) = self.patches else { return };
+        for (group, lux) in patches.parts(patch) {
+            let sums = &mut self.row[*group as usize * C..][..C];
+            (0..C).for_each(|c| sums[c] += f64::from(weight.0[c]) * f64::from(lux[c]));
+        }
+    }
+}
+
 impl<'a, const C: usize> Sight<'a, C> {
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
-        let of_luminaire = |luminaire: &Luminaire| {
+        let mut webs = Vec::new();
+        let of_luminaire = |(number, (luminaire, spread)): (usize, (&Luminaire, f32))| {
             let corners = |&triangle: &u32| triangle_area(&scene.mesh.corners(triangle as usize));
-            let area: f64 = luminaire.body.iter().map(corners).sum();
+            let web = GlowWeb::of(luminaire).map(|web| {
+                webs.push(web);
+                webs.len() as u32 - 1
+            });
+            // What a measured luminaire sends out is multiplied by its intensity over area, per lumen.
+            let area: f64 = if web.is_some() { 1.0 } else { luminaire.body.iter().map(corners).sum() };
             let exitance = channels::<C>(luminaire.colour).map(|c| (c * luminaire.flux.0 / area) as f32);
             let near_squared = near_squared(luminaire);
             let body = luminaire.body.clone().into_iter();
-            body.map(move |triangle| Glow { triangle, exitance, near_squared })
+            let number = number as u32;
+            body.map(move |triangle| Glow { triangle, luminaire: number, exitance, web, near_squared, spread })
         };
-        let mut glow: Vec<Glow<C>> = scene.luminaires.iter().flat_map(of_luminaire).collect();
+        let spread = scene.luminaires.iter().zip(spreads(&scene.luminaires));
+        let mut glow: Vec<Glow<C>> = spread.enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
         let surfaces = scene.materials.iter().map(Surface::from).collect();
-        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, caustics }
+        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, webs, caustics }
     }
 
     /// π times the radiance (lx) that arrives at `origin` (m) against `direction`, an estimate; the light that comes
@@ -79,19 +193,90 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
+        self.follow(origin, direction, records, None, stream, rays, &mut ())
+    }
+
+    /// The same, and `origins` hears where it comes from.
+    pub fn incoming_from(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        stream: &mut Stream,
+        rays: &mut u64,
+        origins: &mut impl Origins<C>,
+    ) -> [f64; C] {
+        self.follow(origin, direction, records, None, stream, rays, origins)
+    }
+
+    /// The same for a surface that asks [`Sight::direct`] for the light straight from luminaires: what that leaves to rays,
+    /// luminaires nearer than [`near_squared`], is added to `near`.
+    pub fn incoming_beside_direct(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        near: &mut [f64; C],
+        stream: &mut Stream,
+        rays: &mut u64,
+    ) -> [f64; C] {
+        self.follow(origin, direction, records, Some(near), stream, rays, &mut ())
+    }
+
+    /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see
+    /// [`Lamps::direct_from`].
+    pub fn direct(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
+        self.lamps.direct_from(offset, from, normal, stream).0
+    }
+
+    /// What a hit surface does with light.
+    pub(super) fn surface(&self, hit: &Hit) -> Surface<C> {
+        self.surfaces[hit.material as usize]
+    }
+
+    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
+    /// surface.
+    pub(super) fn emitted(&self, hit: &Hit, direction: Vec3, last: Last) -> [f64; C] {
+        let front = direction.dot(hit.normal) < 0.0;
+        let shining = self.glow(hit.triangle).and_then(|glow| Some((glow, self.brightness(glow, direction, front)?)));
+        match shining {
+            Some((glow, times)) => {
+                let share = f64::from(times * self.left_to(glow, last, direction, hit)) * FRAC_1_PI;
+                glow.exitance.map(|lux| f64::from(lux) * share)
+            }
+            None => [0.0; C],
+        }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one walk for every asker")]
+    #[inline]
+    fn follow(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        records: Option<Records<'_, C>>,
+        mut near: Option<&mut [f64; C]>,
+        stream: &mut Stream,
+        rays: &mut u64,
+        origins: &mut impl Origins<C>,
+    ) -> [f64; C] {
         let (mut origin, mut direction) = (origin, direction);
         let mut found = [0.0; C];
         let mut weight = Flux([1.0; C]);
-        let (mut absorption, mut by_mirror) = (0.0, false);
-        let (mut bounced, mut glow_counts) = (false, self.caustics);
+        let (mut absorption, mut last) = ([0.0; C], Last::Point);
+        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point
+        // is one that photons take as a caustic, until it meets a diffuse surface.
+        let (mut bounced, mut caustic) = (false, false);
         let mut add = |weight: Flux<C>, lux: [f32; C]| {
-            (0..C).for_each(|c| found[c] += f64::from(weight.0[c]) * f64::from(lux[c]));
+            let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
+            (0..C).for_each(|c| found[c] += part[c]);
+            part
         };
         for _ in 0..BOUNCE_CAP {
             *rays += 1;
             let Some(hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
-            if absorption > 0.0 {
-                weight = weight.scaled((-absorption * hit.distance).exp());
+            if absorption.iter().any(|&per_metre| per_metre > 0.0) {
+                weight = weight.filtered(absorption.map(|per_metre| (-per_metre * hit.distance).exp()));
             }
             let front = direction.dot(hit.normal) < 0.0;
             let facing = if front { hit.normal } else { -hit.normal };
@@ -100,45 +285,93 @@ impl<'a, const C: usize> Sight<'a, C> {
                     let ratio = if front { 1.0 / ior } else { ior };
                     direction = match refract(direction, facing, ratio) {
                         Some((onward, reflected)) if stream.uniform() >= reflected => {
-                            absorption = if front { inside } else { 0.0 };
+                            absorption = if front { inside } else { [0.0; C] };
                             onward
                         }
                         _ => mirror(direction, facing),
                     };
-                    by_mirror = true;
+                    (last, caustic) = (Last::Mirror, true);
                 }
-                Surface::Opaque { diffuse, specular } => {
-                    if front
-                        && glow_counts
+                surface => {
+                    let Layers { diffuse, transmitted, specular, rough, one_sided } = surface.layers();
+                    if (bounced || !caustic || self.caustics)
                         && let Some(glow) = self.glow(hit.triangle)
+                        && let Some(times) = self.brightness(glow, direction, front)
                     {
-                        // By way of mirrors and glass all of it; straight from a surface, what was not drawn there.
-                        if by_mirror || (bounced && hit.distance * hit.distance < glow.near_squared) {
-                            add(weight, glow.exitance);
+                        let exitance = glow.exitance.map(|channel| channel * times);
+                        let left = self.left_to(glow, last, direction, &hit);
+                        if left > 0.0 {
+                            origins.luminaire(glow.luminaire, add(weight.scaled(left), exitance));
+                        } else if let (Last::Point, Some(near)) = (last, near.as_mut()) {
+                            let left = self.left_to(glow, Last::Diffuse, direction, &hit);
+                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(exitance[c]));
                         }
                     }
-                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
-                    let (to_diffuse, to_mirror) = (diffused.brightest(), mirrored.brightest());
-                    let either = to_diffuse + to_mirror;
-                    if either <= 0.0 {
+                    if one_sided && !front {
                         break;
                     }
-                    if to_mirror > 0.0 && stream.uniform() * either < to_mirror {
-                        weight = mirrored.scaled(either / to_mirror);
-                        direction = mirror(direction, facing);
-                        by_mirror = true;
-                    } else {
-                        weight = diffused.scaled(either / to_diffuse);
-                        if let Some(records) = records
-                            && let Some(patch) = records.grid.patch(&hit, direction, self.caster)
-                        {
-                            add(weight, records.light.illuminance(patch));
-                            break;
+                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
+                    let passed = weight.filtered(transmitted);
+                    let (to_diffuse, to_mirror, to_other) =
+                        (diffused.brightest(), mirrored.brightest(), passed.brightest());
+                    let any = to_diffuse + to_mirror + to_other;
+                    if any <= 0.0 {
+                        break;
+                    }
+                    if to_mirror > 0.0 && stream.uniform() * any < to_mirror {
+                        weight = mirrored.scaled(any / to_mirror);
+                        caustic |= rough.is_none_or(|gloss| gloss.sharp);
+                        if let Some(Gloss { facets, .. }) = rough {
+                            if bounced || !caustic || self.caustics {
+                                *rays += 1;
+                                let (lux, luminaire) =
+                                    self.glossed(facets, hit.leave(facing), -direction, facing, stream);
+                                origins.luminaire(luminaire, add(weight, lux));
+                            }
+                            let onward = facets.reflect(direction, facing, stream);
+                            last = Last::Gloss(facets.lobe(-direction, onward, facing));
+                            direction = onward;
+                        } else {
+                            direction = mirror(direction, facing);
+                            last = Last::Mirror;
                         }
-                        *rays += 1;
-                        add(weight, self.lamps.direct(hit.leave(facing), facing, stream));
-                        direction = stream.cosine_about(facing);
-                        (by_mirror, bounced, glow_counts) = (false, true, true);
+                    } else {
+                        let scale = any / (to_diffuse + to_other);
+                        let (mut here, there) = (diffused.scaled(scale), passed.scaled(scale));
+                        if let Some(Records { grid, light }) = records
+                            && let Some(patch) = grid.patch(&hit, direction, self.caster)
+                        {
+                            let behind = if to_other > 0.0 { grid.patch(&hit, -direction, self.caster) } else { None };
+                            if to_other <= 0.0 || behind.is_some() {
+                                add(here, light.illuminance(patch));
+                                origins.patch(patch, here);
+                                if let Some(behind) = behind {
+                                    add(there, light.illuminance(behind));
+                                    origins.patch(behind, there);
+                                }
+                                break;
+                            }
+                        }
+                        if to_diffuse > 0.0 {
+                            *rays += 1;
+                            let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
+                            origins.luminaire(luminaire, add(here, lux));
+                        }
+                        let mut side = facing;
+                        if to_other > 0.0 {
+                            *rays += 1;
+                            let (lux, luminaire) = self.lamps.direct(hit.leave(-facing), -facing, stream);
+                            origins.luminaire(luminaire, add(there, lux));
+                            let chance = to_other / (to_diffuse + to_other);
+                            if stream.uniform() < chance {
+                                (here, side) = (there.scaled(1.0 / chance), -facing);
+                            } else {
+                                here = here.scaled(1.0 / (1.0 - chance));
+                            }
+                        }
+                        weight = here;
+                        direction = stream.cosine_about(side);
+                        (last, bounced) = (Last::Diffuse, true);
                     }
                     let chance = (RELUCTANCE * weight.brightest()).min(1.0);
                     if chance < 1.0 {
@@ -153,6 +386,54 @@ impl<'a, const C: usize> Sight<'a, C> {
         }
         debug_assert!(photometric(found).is_finite());
         found
+    }
+
+    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
+    /// part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
+    pub(super) fn glossed(
+        &self,
+        facets: Microsurface,
+        at: Vec3,
+        eye: Vec3,
+        facing: Vec3,
+        stream: &mut Stream,
+    ) -> ([f32; C], u32) {
+        let worth = |aim: &Aim| {
+            let density = facets.lobe(eye, aim.direction, facing);
+            PI * density / (1.0 + density * aim.solid_angle)
+        };
+        let Some(Aimed { direction, lux, luminaire }) = self.lamps.aimed(at, worth, stream) else {
+            return ([0.0; C], 0);
+        };
+        let true_worth = facets.scattered(eye, direction, facing, stream) / facets.lobe(eye, direction, facing);
+        (lux.map(|channel| channel * true_worth), luminaire)
+    }
+
+    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back; nothing
+    /// where that doesn't shine.
+    fn brightness(&self, glow: &Glow<C>, direction: Vec3, front: bool) -> Option<f32> {
+        match glow.web {
+            None => front.then_some(1.0),
+            Some(web) => self.webs[web as usize].per_lumen(-direction.as_dvec3(), front),
+        }
+    }
+
+    /// The part of a luminaire's light that is left to a ray that meets it along `direction`.
+    fn left_to(&self, glow: &Glow<C>, last: Last, direction: Vec3, hit: &Hit) -> f32 {
+        let squared = hit.distance * hit.distance;
+        match last {
+            Last::Point => 0.0,
+            Last::Mirror => 1.0,
+            Last::Diffuse => f32::from(u8::from(squared < glow.near_squared)),
+            Last::Gloss(density) => {
+                // As in `Lamps::aimed`: of a measured body points are drawn by the area seen.
+                let drawn_as_seen =
+                    glow.web.is_some_and(|web| matches!(self.webs[web as usize].seen, SeenArea::Body(_)));
+                let cosine = if drawn_as_seen { 1.0 } else { direction.dot(hit.normal).abs() };
+                let expected = density * glow.spread * cosine;
+                expected / (expected + squared)
+            }
+        }
     }
 
     fn glow(&self, triangle: u32) -> Option<&Glow<C>> {

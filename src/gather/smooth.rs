@@ -73,12 +73,32 @@ pub struct Samples<const C: usize> {
     sums: Vec<[[f64; C]; BATCHES]>,
     /// Samples of a point in each batch.
     counts: [u64; BATCHES],
+    /// The same by light group, where asked for.
+    groups: Option<GroupSamples>,
+}
+
+/// Samples by light group.
+struct GroupSamples {
+    /// Numbers in a row of all groups.
+    width: usize,
+    /// Rows of each point: one for each batch, or one for all.
+    rows: usize,
+    /// Rows of sums, lx, point by point.
+    sums: Vec<f64>,
 }
 
 impl<const C: usize> Samples<C> {
     /// None yet.
     pub fn new(points: usize) -> Self {
-        Self { sums: vec![[[0.0; C]; BATCHES]; points], counts: [0; BATCHES] }
+        Self { sums: vec![[[0.0; C]; BATCHES]; points], counts: [0; BATCHES], groups: None }
+    }
+
+    /// None yet, light groups apart: `width` numbers each, for each batch too if their variances are wanted.
+    /// Takes 8 bytes a number and point, times [`BATCHES`] with variances.
+    pub fn in_groups(points: usize, width: usize, variances: bool) -> Self {
+        let rows = if variances { BATCHES } else { 1 };
+        let groups = GroupSamples { width, rows, sums: vec![0.0; points * width * rows] };
+        Self { groups: Some(groups), ..Self::new(points) }
     }
 
     /// Adds to each point the sum of `count` samples that `sample` takes there; `round` numbers the rounds.
@@ -89,6 +109,45 @@ impl<const C: usize> Samples<C> {
             let found = sample(point);
             (0..C).for_each(|c| sums[batch][c] += found[c]);
         });
+    }
+
+    /// The same with light groups apart: `sample` adds each group's part to a row of sums.
+    pub fn add_in_groups(&mut self, round: u64, count: u64, sample: impl Fn(usize, &mut [f64]) -> [f64; C] + Sync) {
+        let batch = (round % BATCHES as u64) as usize;
+        self.counts[batch] += count;
+        let Some(GroupSamples { width, rows, sums: groups }) = &mut self.groups else { return };
+        let (width, row) = (*width, batch % *rows);
+        let points = self.sums.par_iter_mut().zip(groups.par_chunks_mut(width * *rows));
+        points.enumerate().with_min_len(32).for_each(|(point, (sums, groups))| {
+            let found = sample(point, &mut groups[row * width..][..width]);
+            (0..C).for_each(|c| sums[batch][c] += found[c]);
+        });
+    }
+
+    /// Means of the light groups: a row of all groups for each point. None without groups.
+    pub fn group_means(&self) -> Vec<f32> {
+        let Some(GroupSamples { width, rows, sums }) = &self.groups else { return Vec::new() };
+        let per_sample = 1.0 / self.counts.iter().sum::<u64>().max(1) as f64;
+        let mean = |point: &[f64], i: usize| {
+            let sum: f64 = (0..*rows).map(|row| point[row * width + i]).sum();
+            (sum * per_sample) as f32
+        };
+        let points = sums.par_chunks(width * rows);
+        points.flat_map_iter(|point| (0..*width).map(move |i| mean(point, i))).collect()
+    }
+
+    /// Variance of the photometric mean of a light group at a point, from the batches' scatter; 0 where batches are not kept.
+    pub fn group_variance(&self, point: usize, group: usize) -> f64 {
+        let Some(GroupSamples { width, rows: BATCHES, sums }) = &self.groups else { return 0.0 };
+        let batch = |batch: usize| -> [f64; C] {
+            let row = &sums[(point * BATCHES + batch) * width..][..*width];
+            std::array::from_fn(|c| row[group * C + c])
+        };
+        let means: Vec<f64> = self.active().map(|b| photometric(batch(b)) / self.counts[b] as f64).collect();
+        let whole: f64 = (0..BATCHES).map(|b| photometric(batch(b))).sum();
+        let mean = whole / self.counts.iter().sum::<u64>().max(1) as f64;
+        let scatter: f64 = means.iter().map(|found| (found - mean).powi(2)).sum();
+        scatter / (means.len() as f64 * (means.len() as f64 - 1.0)).max(1.0)
     }
 
     fn active(&self) -> impl Iterator<Item = usize> {
@@ -158,6 +217,16 @@ struct Offset {
     monomials: [[f64; MONOMIALS]; 3],
 }
 
+impl Offset {
+    /// What the value there counts in a window's fit, `row` being that of [`Sums::row`].
+    fn weight(&self, window: &Window, row: &[f64; TERMS]) -> f64 {
+        let terms = &self.monomials[0][..TERMS];
+        let distance_squared = self.monomials[1][0];
+        let plane: f64 = terms.iter().zip(row).map(|(term, part)| term * part).sum();
+        (1.0 - window.sharpness * distance_squared) * plane
+    }
+}
+
 /// Monomials of x and y up to the fourth degree.
 const MONOMIALS: usize = 15;
 
@@ -188,8 +257,13 @@ impl Smoother {
 
     /// The estimate at every grid point with its neighbours' help, and its variance, smoothing bias included.
     ///
-    /// Cost: 2 to 10 µs a point, 100 bytes a point while it lasts.
-    pub fn smooth<const C: usize>(&self, samples: &Samples<C>, has_value: &[bool]) -> Vec<Estimate<C>> {
+    /// The window chosen at each point is in `chosen`. Cost: 2 to 10 µs a point, 100 bytes a point while it lasts.
+    pub fn smooth<const C: usize>(
+        &self,
+        samples: &Samples<C>,
+        has_value: &[bool],
+        chosen: &mut Vec<usize>,
+    ) -> Vec<Estimate<C>> {
         let raw = samples.plain();
         let noise: Vec<f64> = raw.iter().map(|estimate| estimate.variance).collect();
         let noise = self.box_means(&noise, has_value, POOL);
@@ -220,7 +294,7 @@ impl Smoother {
             .collect();
         let bias = self.squared_bias(&fits, &best, &noise, has_value);
         let common = self.common_noise(samples, &raw, &noise, has_value);
-        (0..raw.len())
+        let smoothed = (0..raw.len())
             .map(|point| {
                 if !has_value[point] {
                     return Estimate::DARK;
@@ -231,7 +305,79 @@ impl Smoother {
                 let variance = own + bias + common * fit.photometric().powi(2);
                 Estimate { value: fit.value.map(f64::from), variance }
             })
-            .collect()
+            .collect();
+        *chosen = best;
+        smoothed
+    }
+
+    /// Rows of numbers about each point put through the windows chosen for it: what [`Self::smooth`] does to a whole, done to its
+    /// parts. Rows have `width` numbers, a multiple of four. Cost: about 0.1 ns a number and neighbour in the window.
+    pub fn apply(&self, chosen: &[usize], rows: &[f32], width: usize, has_value: &[bool]) -> Vec<f32> {
+        let mut smoothed = vec![0.0; rows.len()];
+        let fresh = || (Vec::new(), Vec::new());
+        smoothed.par_chunks_mut(width).enumerate().with_min_len(64).for_each_init(
+            fresh,
+            |(reached, weights), (point, row)| {
+                if has_value[point] {
+                    self.weights(point, &self.windows[chosen[point]], reached, weights);
+                    add_up(weights, rows, row);
+                }
+            },
+        );
+        smoothed
+    }
+
+    /// What each neighbour counts in the fit of a window about a point. `reached` is memory to reuse.
+    fn weights(
+        &self,
+        point: usize,
+        window: &Window,
+        reached: &mut Vec<Option<usize>>,
+        weights: &mut Vec<(usize, f32)>,
+    ) {
+        weights.clear();
+        if self.gates.open(point, window.half) {
+            let [columns, rows] = window.half;
+            let first = point - rows * self.columns - columns;
+            for (row, line) in window.weights.chunks_exact(2 * columns + 1).enumerate() {
+                let from = first + row * self.columns;
+                let counts = line.iter().enumerate().filter(|(_, weight)| **weight != 0.0);
+                weights.extend(counts.map(|(column, weight)| (from + column, *weight as f32)));
+            }
+            return;
+        }
+        reached.clear();
+        let mut sums = Sums::<0>::new();
+        self.reach(point, window, reached, |offset, _| sums.add(offset, &[]));
+        let row = sums.row(window);
+        for (offset, there) in self.offsets.iter().zip(&*reached) {
+            if let Some(there) = there {
+                weights.push((*there, offset.weight(window, &row) as f32));
+            }
+        }
+    }
+
+    /// Goes on along the offsets of a window from those in `reached`, and shows what it gets to.
+    #[inline(always)]
+    fn reach(
+        &self,
+        point: usize,
+        window: &Window,
+        reached: &mut Vec<Option<usize>>,
+        mut arrive: impl FnMut(&Offset, usize),
+    ) {
+        for index in reached.len()..window.count {
+            let offset = &self.offsets[index];
+            let there = if index == 0 {
+                Some(point)
+            } else {
+                reached[offset.before].and_then(|from| self.gates.step(from, offset.onward))
+            };
+            reached.push(there);
+            if let Some(there) = there {
+                arrive(offset, there);
+            }
+        }
     }
 
     /// Squared bias of the windows chosen: their squared difference to narrower ones, less what noise makes of it. The
@@ -306,18 +452,7 @@ impl Smoother {
                 *fit = self.open_fit(point, window, raw);
                 continue;
             }
-            for index in reached.len()..window.count {
-                let offset = &self.offsets[index];
-                let there = if index == 0 {
-                    Some(point)
-                } else {
-                    reached[offset.before].and_then(|from| self.gates.step(from, offset.onward))
-                };
-                reached.push(there);
-                if let Some(there) = there {
-                    sums.add(offset, &raw[there].value);
-                }
-            }
+            self.reach(point, window, reached, |offset, there| sums.add(offset, &raw[there].value));
             *fit = sums.fit(window);
         }
         fits
@@ -363,10 +498,7 @@ impl Window {
         window.weights = vec![0.0; width * (2 * half[1] + 1)];
         for offset in offsets {
             let [column, line] = [0, 1].map(|axis| (offset.step[axis] + half[axis] as i32) as usize);
-            let terms = &offset.monomials[0][..TERMS];
-            let distance_squared = offset.monomials[1][0];
-            let plane: f64 = terms.iter().zip(row).map(|(term, part)| term * part).sum();
-            window.weights[line * width + column] = (1.0 - sharpness * distance_squared) * plane;
+            window.weights[line * width + column] = offset.weight(&window, &row);
         }
         window.squares = window.weights.iter().map(|weight| weight * weight).sum();
         window
@@ -421,6 +553,35 @@ impl<const C: usize> Sums<C> {
             .map(|[plain, square]| (0..TERMS).map(|i| row[i] * (plain[i] - sharpness * square[i])).sum::<f64>() as f32);
         Fit { value, squares: squares.max(0.0) as f32, own: row[0] as f32 }
     }
+}
+
+/// Σ weight · row over some rows of numbers as long as `sum`.
+fn add_up(weights: &[(usize, f32)], rows: &[f32], sum: &mut [f32]) {
+    let width = sum.len();
+    let (wide, rest) = sum.as_chunks_mut::<16>();
+    let narrow_from = 16 * wide.len();
+    for (chunk, sum) in wide.iter_mut().enumerate() {
+        *sum = column_sums(weights, rows, width, 16 * chunk);
+    }
+    for (chunk, sum) in rest.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        *sum = column_sums(weights, rows, width, narrow_from + 4 * chunk);
+    }
+}
+
+/// N of these sums, from column `first` on; a few rows at a time, so that rounding does not grow with their number.
+fn column_sums<const N: usize>(weights: &[(usize, f32)], rows: &[f32], width: usize, first: usize) -> [f32; N] {
+    let mut sum = [0.0; N];
+    for few in weights.chunks(16) {
+        let mut part = [0.0; N];
+        for &(row, weight) in few {
+            let from = row * width + first;
+            if let Some(numbers) = rows[from..].first_chunk::<N>() {
+                (0..N).for_each(|i| part[i] += weight * numbers[i]);
+            }
+        }
+        (0..N).for_each(|i| sum[i] += part[i]);
+    }
+    sum
 }
 
 /// Exponents of x and y in the monomials, by degree.

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::body::Body;
 use super::{Distribution, Luminaire, Opening};
 use crate::embree::RayCaster;
 use crate::photon::flux::{Flux, channels};
@@ -26,6 +27,8 @@ pub struct Emitted<const C: usize> {
     pub direction: Vec3,
     /// What it carries.
     pub flux: Flux<C>,
+    /// Number of its luminaire.
+    pub luminaire: u32,
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
@@ -42,7 +45,7 @@ impl<'a, const C: usize> Emission<'a, C> {
             .iter()
             .map(|luminaire| Flux(channels::<C>(luminaire.colour).map(|channel| (channel * each) as f32)))
             .collect();
-        let fronts = luminaires.iter().map(|luminaire| Front::new(&luminaire.opening)).collect();
+        let fronts = luminaires.iter().map(Front::of).collect();
         Self { luminaires, shares, flux, fronts, caster }
     }
 
@@ -53,20 +56,29 @@ impl<'a, const C: usize> Emission<'a, C> {
     pub fn photon(&self, place: f64, stream: &mut Stream) -> Emitted<C> {
         let which = self.shares.partition_point(|&share| share <= place).min(self.luminaires.len() - 1);
         let front = &self.fronts[which];
-        let choice = if front.pieces.len() > 1 { stream.uniform() } else { 0.0 };
+        if let Distribution::Measured(measured) = &self.luminaires[which].distribution {
+            let direction = measured.draw(stream);
+            let origin = front.point_towards(direction, stream, self.caster);
+            return Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 };
+        }
+        let choice = if front.shares.len() > 1 { stream.uniform() } else { 0.0 };
         let at = if front.is_point() { [0.0; 2] } else { stream.uniform_pair() };
         let (origin, normal) = front.point_off(choice, at, Vec3::ZERO, self.caster);
         let direction = match self.luminaires[which].distribution {
             Distribution::Isotropic => stream.on_sphere(),
-            Distribution::Lambertian => stream.cosine_about(normal),
+            Distribution::Lambertian | Distribution::Measured(_) => stream.cosine_about(normal),
         };
-        Emitted { origin, direction, flux: self.flux[which] }
+        Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 }
     }
 }
 
-/// The front of an opening, ready to be sampled: rectangles, discs and points as they are, meshes triangle by triangle.
+/// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies triangle by
+/// triangle.
 pub struct Front {
     shape: Shape,
+    /// Whether a flat opening shines from both sides.
+    two_sided: bool,
+    /// None for a body, whose pieces its canonical solid tells.
     pieces: Vec<Piece>,
     /// Running sums of the pieces' areas as shares of the whole.
     shares: Vec<f32>,
@@ -79,6 +91,7 @@ enum Shape {
     Square,
     Disc,
     Triangle,
+    Body(Body),
 }
 
 /// A flat piece: origin, two sides, the unit normal and the largest coordinate of its corners, m.
@@ -91,7 +104,13 @@ struct Piece {
 }
 
 impl Front {
-    /// Prepares an opening.
+    /// Prepares the opening of a luminaire.
+    pub fn of(luminaire: &Luminaire) -> Self {
+        let two_sided = luminaire.measured().is_some() && luminaire.opening.flat().is_some();
+        Self { two_sided, ..Self::new(&luminaire.opening) }
+    }
+
+    /// Prepares an opening that shines from its front.
     pub fn new(opening: &Opening) -> Self {
         let piece = |origin: DVec3, a: DVec3, b: DVec3, normal: DVec3| Piece {
             origin: origin.as_vec3(),
@@ -113,6 +132,11 @@ impl Front {
                 let (x, y) = aim.any_orthonormal_pair();
                 (Shape::Disc, vec![piece(*centre, x * *radius, y * *radius, *aim)])
             }
+            Opening::Ellipse { centre, half_width, half_depth } => {
+                let normal = half_width.cross(*half_depth).normalize();
+                (Shape::Disc, vec![piece(*centre, *half_width, *half_depth, normal)])
+            }
+            Opening::Body(body) => (Shape::Body(*body), Vec::new()),
             Opening::Triangles(triangles) => {
                 let of = |&[a, b, c]: &[DVec3; 3]| piece(a, b - a, c - a, (b - a).cross(c - a).normalize_or_zero());
                 (Shape::Triangle, triangles.iter().map(of).collect())
@@ -120,6 +144,7 @@ impl Front {
         };
         let areas: Vec<f64> = match opening {
             Opening::Triangles(triangles) => triangles.iter().map(triangle_area).collect(),
+            Opening::Body(body) => body.triangles().map(|triangle| triangle_area(&triangle)).collect(),
             _ => vec![1.0],
         };
         let whole: f64 = areas.iter().sum();
@@ -127,7 +152,7 @@ impl Front {
             *sum += area / whole;
             Some(*sum as f32)
         });
-        Self { shape, pieces, shares: shares.collect() }
+        Self { shape, two_sided: false, pieces, shares: shares.collect() }
     }
 
     /// Whether the opening has no extent.
@@ -141,18 +166,53 @@ impl Front {
     #[inline]
     pub fn point_off(&self, choice: f32, at: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
         let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
-        self.point_of(which.min(self.pieces.len() - 1), at, eye, caster)
+        self.point_of(which.min(self.shares.len() - 1), at, eye, caster)
+    }
+
+    /// The same for an opening that may shine from both sides: off the one that `eye` sees.
+    #[inline]
+    pub fn point_seen(&self, choice: f32, at: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
+        let (point, normal) = self.point_off(choice, at, eye, caster);
+        if self.two_sided && (eye - point).dot(normal) < 0.0 {
+            return self.on_back(point, normal, eye, caster);
+        }
+        (point, normal)
+    }
+
+    /// From just off the front of a flat opening to just off its back.
+    fn on_back(&self, point: Vec3, normal: Vec3, eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
+        let largest = self.pieces[0].largest_coordinate.max(eye.abs().max_element());
+        let on_it = caster.step_off(point, -normal, largest);
+        (caster.step_off(on_it, -normal, largest), -normal)
+    }
+
+    /// Start of a ray (m) that leaves along `direction`, uniform in the area of the opening seen from there.
+    #[inline]
+    fn point_towards(&self, direction: Vec3, stream: &mut Stream, caster: &RayCaster) -> Vec3 {
+        if let Shape::Body(body) = &self.shape {
+            return body.point_seen(direction.as_dvec3(), Vec3::ZERO, caster, stream).0;
+        }
+        let at = if self.is_point() { [0.0; 2] } else { stream.uniform_pair() };
+        let (point, normal) = self.point_of(0, at, Vec3::ZERO, caster);
+        if self.two_sided && direction.dot(normal) < 0.0 {
+            return self.on_back(point, normal, Vec3::ZERO, caster).0;
+        }
+        point
     }
 
     /// The same for a given piece.
     #[inline]
     pub fn point_of(&self, piece: usize, [u, v]: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
+        if let Shape::Body(body) = &self.shape {
+            let (point, normal) = body.off_facet(piece, [u, v], eye, caster);
+            return (point, normal.as_vec3());
+        }
         let Piece { origin, sides: [a, b], normal, largest_coordinate } = self.pieces[piece];
         let [s, t] = match self.shape {
             Shape::Point => [0.0; 2],
             Shape::Square => [u, v],
             Shape::Disc => concentric_disc([u, v]),
-            Shape::Triangle => [u.sqrt() * (1.0 - v), u.sqrt() * v],
+            Shape::Triangle | Shape::Body(_) => [u.sqrt() * (1.0 - v), u.sqrt() * v],
         };
         let point = origin + a * s + b * t;
         if self.is_point() {

@@ -85,7 +85,7 @@ impl Intensity {
     }
 
     /// Degrees from a plane to the next.
-    fn width(&self, plane: usize) -> f64 {
+    pub(crate) fn width(&self, plane: usize) -> f64 {
         match self.planes.get(plane + 1) {
             Some(next) => next - self.planes[plane],
             None => self.planes[0] + 360.0 - self.planes[plane],

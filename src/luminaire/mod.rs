@@ -1,13 +1,22 @@
 //! What shines: its place, its opening, its flux and how that is spread over directions.
 
+pub mod body;
 pub(crate) mod colour;
 pub mod emit;
 pub(crate) mod frame;
+pub mod groups;
 pub mod intensity;
+pub mod photometry;
+pub mod web;
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use self::body::Body;
+use self::web::Measured;
 use crate::units::Lumens;
+pub use groups::LightGroups;
 
 /// A luminaire, or a material of the mesh that emits.
 #[derive(Clone, Debug)]
@@ -28,7 +37,8 @@ pub struct Luminaire {
     pub body: Vec<u32>,
 }
 
-/// The luminous opening, local coordinates, m. Light leaves the front only.
+/// The luminous opening, local coordinates, m. Light leaves the front only; where the distribution is measured, it leaves flat
+/// openings on both sides, as it says.
 #[derive(Clone, Debug)]
 pub enum Opening {
     /// No extent.
@@ -56,6 +66,17 @@ pub enum Opening {
         /// Radius, m.
         radius: f64,
     },
+    /// A flat ellipse.
+    Ellipse {
+        /// Its middle.
+        centre: DVec3,
+        /// From the middle to the rim along one axis.
+        half_width: DVec3,
+        /// From the middle to the rim along the other; half_width × half_depth points where light goes.
+        half_depth: DVec3,
+    },
+    /// A convex body that shines all around.
+    Body(Body),
     /// Triangles of the scene's mesh, uniformly bright, counter-clockwise seen from where light goes.
     Triangles(Vec<[DVec3; 3]>),
 }
@@ -65,19 +86,44 @@ impl Opening {
     pub fn middle(&self) -> DVec3 {
         match self {
             Self::Point { position, .. } => *position,
-            Self::Rectangle { centre, .. } | Self::Disc { centre, .. } => *centre,
+            Self::Rectangle { centre, .. } | Self::Ellipse { centre, .. } | Self::Disc { centre, .. } => *centre,
+            Self::Body(body) => body.centre,
             Self::Triangles(triangles) => {
                 triangles.first().map_or(DVec3::ZERO, |corners| corners.iter().sum::<DVec3>() / 3.0)
             }
         }
     }
+
+    /// Area of a flat opening and its unit normal; nothing for a point, a body and a mesh.
+    pub(crate) fn flat(&self) -> Option<(f64, DVec3)> {
+        let of = |cross: DVec3, times: f64| Some((times * cross.length(), cross.normalize()));
+        match self {
+            Self::Rectangle { half_width, half_depth, .. } => of(half_width.cross(*half_depth), 4.0),
+            Self::Ellipse { half_width, half_depth, .. } => of(half_width.cross(*half_depth), PI),
+            Self::Disc { aim, radius, .. } => Some((PI * radius * radius, *aim)),
+            Self::Point { .. } | Self::Body(_) | Self::Triangles(_) => None,
+        }
+    }
 }
 
 /// Luminous intensity over directions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
     /// The same intensity everywhere, Φ/(4π); points only.
     Isotropic,
-    /// Intensity ∝ cos of the angle from the aim.
+    /// Intensity ∝ cos of the angle from the aim; bodies and meshes are uniformly bright.
     Lambertian,
+    /// As measured. Towards each direction all of the opening that is seen from there has the same luminance: intensity over
+    /// the area seen.
+    Measured(Measured),
+}
+
+impl Luminaire {
+    /// Its measured distribution, if it has one.
+    pub fn measured(&self) -> Option<&Measured> {
+        match &self.distribution {
+            Distribution::Measured(measured) => Some(measured),
+            _ => None,
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 pub mod flux;
 pub mod random;
+pub(crate) mod rough;
 pub(crate) mod surface;
 pub mod trace;
 

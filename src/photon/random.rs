@@ -77,7 +77,7 @@ impl Stream {
 /// (cos, sin) of the part `turn` (0 … 1) of a full turn, to 3·10⁻⁷: Taylor series within an eighth of a turn of the nearest
 /// quarter, since directions are a tenth of tracing's time.
 #[inline]
-fn on_circle(turn: f32) -> [f32; 2] {
+pub(crate) fn on_circle(turn: f32) -> [f32; 2] {
     let quarter = (4.0 * turn + 0.5) as i32;
     let angle = (4.0 * turn - quarter as f32) * std::f32::consts::FRAC_PI_2;
     let square = angle * angle;

@@ -1,25 +1,59 @@
-//! What a surface does with light: Lambertian, mirror, glass.
+//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, glass.
 
 use glam::Vec3;
 
 use super::flux::{Flux, channels};
 use super::random::Stream;
+use super::rough::Microsurface;
 use crate::scene::Material;
+use crate::scene::material::Sides;
 
-/// A surface, in the channels of this run.
+/// A surface, in the channels of this run. Most surfaces are the first kind, so it knows nothing of the others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Surface<const C: usize> {
     Opaque { diffuse: [f32; C], specular: [f32; C] },
-    Glass { ior: f32, absorption: f32 },
+    Layered(Layers<C>),
+    Glass { ior: f32, absorption: [f32; C] },
+}
+
+/// Shares of light that leave a surface each way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layers<const C: usize> {
+    /// Lambertian, back to where it came from.
+    pub(crate) diffuse: [f32; C],
+    /// Lambertian, to the other side.
+    pub(crate) transmitted: [f32; C],
+    /// By a mirror,
+    pub(crate) specular: [f32; C],
+    /// which is perfect where this is `None`.
+    pub(crate) rough: Option<Gloss>,
+    /// Whether the back absorbs all.
+    pub(crate) one_sided: bool,
+}
+
+/// A rough mirror.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gloss {
+    pub(crate) facets: Microsurface,
+    /// Whether what it reflects is as sharp as a caustic.
+    pub(crate) sharp: bool,
 }
 
 impl<const C: usize> From<&Material> for Surface<C> {
     fn from(material: &Material) -> Self {
         let shares = |rgb| channels::<C>(rgb).map(|share| share as f32);
-        match material.dielectric {
-            Some(glass) => Self::Glass { ior: glass.ior as f32, absorption: glass.absorption as f32 },
-            None => Self::Opaque { diffuse: shares(material.reflectance), specular: shares(material.specular) },
+        if let Some(glass) = material.dielectric {
+            return Self::Glass { ior: glass.ior as f32, absorption: shares(glass.absorption) };
         }
+        let (diffuse, specular) = (shares(material.reflectance), shares(material.specular));
+        let gloss = |facets| Gloss { facets, sharp: material.is_specular() };
+        let rough = if material.mirrors() { Microsurface::new(material.roughness).map(gloss) } else { None };
+        let transmitted = shares(material.transmittance);
+        let one_sided = material.sides == Sides::One;
+        if rough.is_none() && !material.is_translucent() && !one_sided {
+            return Self::Opaque { diffuse, specular };
+        }
+        Self::Layered(Layers { diffuse, transmitted, specular, rough, one_sided })
     }
 }
 
@@ -27,21 +61,38 @@ impl<const C: usize> From<&Material> for Surface<C> {
 pub(crate) enum Fate<const C: usize> {
     Absorbed,
     Diffused(Vec3, Flux<C>),
+    /// By a rough mirror whose reflection is no caustic.
+    Glossed(Vec3, Flux<C>),
     Mirrored(Vec3, Flux<C>),
-    Refracted(Vec3, f32),
+    Refracted(Vec3, [f32; C]),
 }
 
 impl<const C: usize> Surface<C> {
+    /// The shares of a surface that is not glass.
+    #[inline]
+    pub(crate) fn layers(self) -> Layers<C> {
+        match self {
+            Self::Layered(layers) => layers,
+            Self::Opaque { diffuse, specular } => {
+                Layers { diffuse, transmitted: [0.0; C], specular, rough: None, one_sided: false }
+            }
+            Self::Glass { .. } => Layers::black(),
+        }
+    }
+
+    /// Whether light lands here: on anything but glass.
+    #[inline]
+    pub(crate) fn is_landed_on(&self) -> bool {
+        !matches!(self, Self::Glass { .. })
+    }
+
     /// Decides by roulette what becomes of a photon; `normal` is the geometric one.
     #[inline]
     pub(crate) fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> Fate<C> {
         match *self {
             Self::Opaque { diffuse, specular } => {
                 let (diffused, mirrored) = (flux.filtered(diffuse), flux.filtered(specular));
-                let chance = |part: Flux<C>, shares: [f32; C]| {
-                    if C == 1 { shares[0] } else { part.brightest() / flux.brightest() }
-                };
-                let (mut to_diffuse, mut to_mirror) = (chance(diffused, diffuse), chance(mirrored, specular));
+                let (mut to_diffuse, mut to_mirror) = (chance(flux, diffuse), chance(flux, specular));
                 let both = to_diffuse + to_mirror;
                 if both > 1.0 {
                     (to_diffuse, to_mirror) = (to_diffuse / both, to_mirror / both);
@@ -56,18 +107,76 @@ impl<const C: usize> Surface<C> {
                     Fate::Absorbed
                 }
             }
+            Self::Layered(ref layers) => layers.meet(direction, normal, flux, stream),
             Self::Glass { ior, absorption } => {
                 let entering = direction.dot(normal) < 0.0;
                 let (facing, ratio) = if entering { (normal, 1.0 / ior) } else { (-normal, ior) };
                 match refract(direction, facing, ratio) {
                     Some((onward, reflected)) if stream.uniform() >= reflected => {
-                        Fate::Refracted(onward, if entering { absorption } else { 0.0 })
+                        Fate::Refracted(onward, if entering { absorption } else { [0.0; C] })
                     }
                     _ => Fate::Mirrored(mirror(direction, facing), flux),
                 }
             }
         }
     }
+}
+
+impl<const C: usize> Layers<C> {
+    /// Absorbs all.
+    pub(crate) fn black() -> Self {
+        Self { diffuse: [0.0; C], transmitted: [0.0; C], specular: [0.0; C], rough: None, one_sided: false }
+    }
+
+    #[inline(never)] // so that it costs the other surfaces nothing
+    fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> Fate<C> {
+        let front = direction.dot(normal) < 0.0;
+        if self.one_sided && !front {
+            return Fate::Absorbed;
+        }
+        let shares = [self.diffuse, self.transmitted, self.specular];
+        let chances = shares.map(|shares| chance(flux, shares));
+        let all: f32 = chances.iter().sum();
+        let [to_diffuse, to_other, to_mirror] = if all > 1.0 { chances.map(|chance| chance / all) } else { chances };
+        let choice = stream.uniform();
+        let facing = if front { normal } else { -normal };
+        let left = |shares: [f32; C], chance: f32| survivor(flux, flux.filtered(shares), chance);
+        if choice < to_diffuse {
+            Fate::Diffused(stream.cosine_about(facing), left(self.diffuse, to_diffuse))
+        } else if choice < to_diffuse + to_other {
+            Fate::Diffused(stream.cosine_about(-facing), left(self.transmitted, to_other))
+        } else if choice < to_diffuse + to_other + to_mirror {
+            let left = left(self.specular, to_mirror);
+            match self.rough {
+                None => Fate::Mirrored(mirror(direction, facing), left),
+                Some(gloss) => {
+                    let onward = gloss.facets.reflect(direction, facing, stream);
+                    if gloss.sharp { Fate::Mirrored(onward, left) } else { Fate::Glossed(onward, left) }
+                }
+            }
+        } else {
+            Fate::Absorbed
+        }
+    }
+}
+
+/// Part of a photon's brightest channel that goes one way; in one channel, that way's share.
+#[inline]
+fn chance<const C: usize>(flux: Flux<C>, shares: [f32; C]) -> f32 {
+    if C == 1 { shares[0] } else { flux.filtered(shares).brightest() / flux.brightest() }
+}
+
+/// What of a photon's flux passes `distance` (m) of glass, by roulette over its brightest channel; `None` if it ends there.
+#[inline]
+pub(crate) fn pass_glass<const C: usize>(
+    flux: Flux<C>,
+    absorption: [f32; C],
+    distance: f32,
+    stream: &mut Stream,
+) -> Option<Flux<C>> {
+    let passed = absorption.map(|per_metre| (-per_metre * distance).exp());
+    let chance = chance(flux, passed);
+    (stream.uniform() < chance).then(|| survivor(flux, flux.filtered(passed), chance))
 }
 
 /// Flux after winning a roulette of probability `chance`; in one channel that is the flux before, to the bit.
@@ -102,6 +211,82 @@ pub(crate) fn refract(direction: Vec3, facing: Vec3, ratio: f32) -> Option<(Vec3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photon::random::Seed;
+
+    /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the right
+    /// side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.
+    #[test]
+    fn every_share_is_kept_at_all_angles() {
+        let black = Material::black("test");
+        let glossy = |roughness| Material {
+            reflectance: [0.2, 0.3, 0.1],
+            specular: [0.7, 0.4, 0.5],
+            roughness,
+            ..black.clone()
+        };
+        let sheet = Material { reflectance: [0.4; 3], transmittance: [0.1, 0.3, 0.6], ..black.clone() };
+        let opal = Material { specular: [0.05; 3], roughness: 0.3, ..sheet.clone() };
+        let materials = [glossy(0.0), glossy(0.05), glossy(0.4), glossy(1.0), sheet, opal];
+        for (material, flux) in materials.iter().zip([Flux([1.0, 1.0, 1.0]), Flux([1.5, 0.8, 0.2])].iter().cycle()) {
+            let surface = Surface::<3>::from(material);
+            for degrees in [0.0, 20.0, 40.0, 60.0, 75.0, 85.0, 89.0, 120.0, 150.0_f32] {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let arriving = -Vec3::new(sin, 0.0, cos);
+                let facing = if cos > 0.0 { Vec3::Z } else { -Vec3::Z };
+                let (count, mut stream) = (40_000, Seed(1).stream(degrees as u64));
+                // Diffused back, diffused through, mirrored: sums and sums of squares.
+                let (mut sums, mut squares) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
+                for _ in 0..count {
+                    let (way, left) = match surface.meet(arriving, Vec3::Z, *flux, &mut stream) {
+                        Fate::Absorbed => continue,
+                        Fate::Diffused(onward, left) => (usize::from(onward.dot(facing) < 0.0), left),
+                        Fate::Mirrored(onward, left) | Fate::Glossed(onward, left) => {
+                            assert!(onward.dot(facing) > 0.0);
+                            (2, left)
+                        }
+                        Fate::Refracted(..) => panic!("no glass here"),
+                    };
+                    for c in 0..3 {
+                        sums[way][c] += f64::from(left.0[c]);
+                        squares[way][c] += f64::from(left.0[c]).powi(2);
+                    }
+                }
+                for (way, shares) in
+                    [material.reflectance, material.transmittance, material.specular].iter().enumerate()
+                {
+                    for c in 0..3 {
+                        let (mean, count) = (sums[way][c] / f64::from(count), f64::from(count));
+                        let sigma = ((squares[way][c] / count - mean * mean).max(0.0) / count).sqrt();
+                        let expected = shares[c] * f64::from(flux.0[c]);
+                        assert!(
+                            (mean - expected).abs() <= 4.5 * sigma + 1e-6,
+                            "{degrees}°, {way}, {c}: {mean}, {expected}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// Beer–Lambert in each channel: e^(−a d), by roulette and weights together; 4.5 σ.
+    #[test]
+    fn glass_lets_each_channel_pass_by_its_own_law() {
+        let (flux, absorption, distance) = (Flux([1.0, 0.6, 2.0]), [3.0, 0.0, 8.0], 0.4_f32);
+        let (count, mut stream) = (100_000, Seed(2).stream(0));
+        let (mut sums, mut squares) = ([0.0; 3], [0.0; 3]);
+        for left in (0..count).filter_map(|_| pass_glass(flux, absorption, distance, &mut stream)) {
+            for c in 0..3 {
+                sums[c] += f64::from(left.0[c]);
+                squares[c] += f64::from(left.0[c]).powi(2);
+            }
+        }
+        for c in 0..3 {
+            let (mean, count) = (sums[c] / f64::from(count), f64::from(count));
+            let expected = f64::from(flux.0[c]) * f64::from(-absorption[c] * distance).exp();
+            let sigma = ((squares[c] / count - mean * mean).max(0.0) / count).sqrt();
+            assert!((mean - expected).abs() <= 4.5 * sigma + 1e-6, "channel {c}: {mean}, expected {expected}");
+        }
+    }
 
     /// Snell: n₁ sin θ₁ = n₂ sin θ₂; Fresnel at normal incidence: ((n − 1)/(n + 1))²; no p-reflection at Brewster's
     /// angle, where the unpolarised reflectance is half of ((n² − 1)/(n² + 1))².

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::flux::{Flux, accumulate};
 use super::random::{Seed, Stream};
-use super::surface::{Fate, Surface};
+use super::surface::{Fate, Surface, pass_glass};
 use crate::embree::{Hit, RayCaster};
 use crate::luminaire::emit::Emission;
 use crate::scene::Scene;
@@ -25,7 +25,9 @@ pub const BOUNCE_CAP: u32 = 100_000;
 pub enum History {
     /// Nothing: direct light.
     Direct,
-    /// Mirrors and glass only: a caustic where it lands.
+    /// Rough mirrors only, none of them nearly perfect: light that rays find as they find diffused light.
+    Glossy,
+    /// Mirrors, nearly perfect ones too, or glass, and no diffuse surface: a caustic where it lands.
     Specular,
     /// At least one diffuse surface.
     Diffused,
@@ -43,12 +45,24 @@ pub struct Flight<'a> {
     pub lands: bool,
     /// What it has met before.
     pub history: History,
+    /// Number of the luminaire that sent it.
+    pub luminaire: u32,
 }
 
 /// Keeps what some query can reach of the photons' flights.
 pub trait Recorder<const C: usize>: Send {
     /// Called for every flight of every photon, in the photons' order.
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>);
+}
+
+/// A record that is kept only if somebody asks for it.
+impl<const C: usize, R: Recorder<C>> Recorder<C> for Option<R> {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        if let Some(recorder) = self {
+            recorder.record(flight, flux);
+        }
+    }
 }
 
 /// Where the flux went, and how many rays that took. Sums in double precision: 10⁸ photons of 10⁻⁵ lm add up to 256 lm
@@ -160,24 +174,27 @@ impl<'a, const C: usize> Tracer<'a, C> {
         // Emit.
         let photon = self.emission.photon(place, stream);
         let (mut origin, mut direction, mut flux) = (photon.origin, photon.direction, photon.flux);
-        let (mut history, mut glass) = (History::Direct, 0.0_f32);
+        let (mut history, mut glass) = (History::Direct, [0.0_f32; C]);
+        let luminaire = photon.luminaire;
         accumulate(&mut tally.emitted, flux, 1.0);
         for _ in 0..BOUNCE_CAP {
             // Fly.
             tally.rays += 1;
             let hit = self.caster.closest_hit(origin, direction, f32::INFINITY);
             let surface = hit.as_ref().map(|hit| &self.surfaces[hit.material as usize]);
-            let lands = matches!(surface, Some(Surface::Opaque { .. }));
-            let survives_glass = match &hit {
-                Some(hit) if glass > 0.0 => stream.uniform() < (-glass * hit.distance).exp(),
-                _ => true,
-            };
-            if !survives_glass {
-                accumulate(&mut tally.absorbed, flux, 1.0);
-                return;
+            let lands = surface.is_some_and(Surface::is_landed_on);
+            if let Some(hit) = &hit
+                && glass.iter().any(|&per_metre| per_metre > 0.0)
+            {
+                let Some(left) = pass_glass(flux, glass, hit.distance, stream) else {
+                    accumulate(&mut tally.absorbed, flux, 1.0);
+                    return;
+                };
+                tally.lose(flux, left);
+                flux = left;
             }
             // Land, and leave a record.
-            recorder.record(&Flight { origin, direction, hit: hit.as_ref(), lands, history }, flux);
+            recorder.record(&Flight { origin, direction, hit: hit.as_ref(), lands, history, luminaire }, flux);
             let (Some(hit), Some(surface)) = (&hit, surface) else {
                 accumulate(&mut tally.escaped, flux, 1.0);
                 return;
@@ -191,6 +208,10 @@ impl<'a, const C: usize> Tracer<'a, C> {
                 Fate::Diffused(onward, left) => {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, History::Diffused);
+                }
+                Fate::Glossed(onward, left) => {
+                    tally.lose(flux, left);
+                    (direction, flux, history) = (onward, left, history.after_gloss());
                 }
                 Fate::Mirrored(onward, left) => {
                     tally.lose(flux, left);
@@ -209,5 +230,9 @@ impl<'a, const C: usize> Tracer<'a, C> {
 impl History {
     fn after_specular(self) -> Self {
         if self == Self::Diffused { self } else { Self::Specular }
+    }
+
+    fn after_gloss(self) -> Self {
+        if self == Self::Direct { Self::Glossy } else { self }
     }
 }

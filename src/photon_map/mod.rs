@@ -163,8 +163,13 @@ pub struct NearestSum<const C: usize> {
 pub struct PhotonMap<T, const C: usize> {
     tree: T,
     carried: Carried<C>,
+    /// The same with a mark for each photon, if it has one: flux in the first channels, the mark in the last.
+    marked: Option<Carried<MARKED>>,
     len: usize,
 }
+
+/// Channels of photons with marks: up to three of flux, and the mark.
+pub const MARKED: usize = 4;
 
 /// A photon that lies nowhere: NaN, infinite, or so far away that squared distances overflow.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -194,7 +199,21 @@ impl<T: NearestPhotons, const C: usize> PhotonMap<T, C> {
     pub fn build(positions: Vec<[f32; 3]>, flux: Vec<Flux<C>>) -> Self {
         assert_eq!(positions.len(), flux.len(), "each photon has a position and a flux");
         let (tree, len) = (T::build(&positions), positions.len());
-        Self { carried: tree.carry(positions, flux), tree, len }
+        Self { carried: tree.carry(positions, flux), marked: None, tree, len }
+    }
+
+    /// As [`Self::build`], each photon with a whole number below 2²⁴ that [`Self::visit_marked`] shows.
+    pub fn build_marked(positions: Vec<[f32; 3]>, flux: Vec<Flux<C>>, marks: impl Iterator<Item = u32>) -> Self {
+        let with_mark = |(flux, mark): (&Flux<C>, u32)| {
+            let mut all = [0.0; MARKED];
+            all[..C].copy_from_slice(&flux.0);
+            all[MARKED - 1] = mark as f32;
+            Flux(all)
+        };
+        let marked: Vec<Flux<MARKED>> = flux.iter().zip(marks).map(with_mark).collect();
+        assert_eq!(marked.len(), flux.len(), "each photon has a mark");
+        let map = Self::build(positions.clone(), flux);
+        Self { marked: Some(map.tree.carry(positions, marked)), ..map }
     }
 
     /// Number of photons.
@@ -236,6 +255,19 @@ impl<T: NearestPhotons, const C: usize> PhotonMap<T, C> {
         visitor: &mut impl BlockVisitor<C>,
     ) {
         self.tree.visit_blocks(&self.carried, at, radius, scratch, visitor);
+    }
+
+    /// The same photons in the same order with their marks, in the last of [`MARKED`] channels; none if they have no marks.
+    pub fn visit_marked(
+        &self,
+        at: [f32; 3],
+        radius: f32,
+        scratch: &mut T::Scratch,
+        visitor: &mut impl BlockVisitor<MARKED>,
+    ) {
+        if let Some(marked) = &self.marked {
+            self.tree.visit_blocks(marked, at, radius, scratch, visitor);
+        }
     }
 }
 

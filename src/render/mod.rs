@@ -1,7 +1,9 @@
-//! The main job: a scene in, illuminance of every measuring plane and sensor out.
+//! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
+mod groups;
 mod passes;
 mod results;
+mod views;
 
 use std::time::Instant;
 
@@ -10,18 +12,22 @@ use rayon::prelude::*;
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
+use crate::gather::bodies::direct_on_bodies;
+use crate::gather::counts::Counts;
 use crate::gather::density::{Estimate, Search};
 use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::{DirectLight, direct_light};
+use crate::gather::direct::{DirectLight, direct_light_in_groups};
 use crate::gather::reach::Reach;
 use crate::gather::receiver::{Crossings, Receiver};
 use crate::gather::smooth::{Samples, Smoother};
 use crate::gather::surroundings::{FAN, Surroundings};
+use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::photon::trace::Tally;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
+use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 
@@ -60,7 +66,7 @@ pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
     /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many.
+    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`] times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
@@ -71,7 +77,7 @@ pub struct Settings {
     /// Passes at most; as many as `error` and `time` ask for where not given.
     pub passes: Option<u32>,
     /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
-    /// this, % of its mean.
+    /// this, % of its mean; where there are only cameras, that of every image.
     pub error: Option<f64>,
     /// The run ends before this wall time is over, s, but for its first pass.
     pub time: Option<f64>,
@@ -79,6 +85,8 @@ pub struct Settings {
     pub tree: Tree,
     /// Seed of all random streams.
     pub seed: u64,
+    /// Whether light groups are told apart, where there are several.
+    pub groups: bool,
 }
 
 impl Settings {
@@ -87,7 +95,8 @@ impl Settings {
         let defaults = Self::of(plan.method);
         // Caustics are few of all photons, and theirs alone.
         let few = plan.method == Method::Gather && plan.caustics;
-        Self { photons: if few { 5 * defaults.photons } else { defaults.photons }, ..defaults }
+        let photons = if few { 5 * defaults.photons } else { defaults.photons };
+        Self { photons, groups: plan.groups, ..defaults }
     }
 
     /// The settings of a method where nothing is known of the scene: one pass.
@@ -108,12 +117,20 @@ impl Settings {
             time: None,
             tree: Tree::Kd,
             seed: 0,
+            groups: false,
         }
     }
 }
 
-/// Rays of a sensor for each ray of a grid point.
+/// Rays of a sensor, and of a sample of a surface, for each ray of a grid point.
 pub const SENSOR_RAYS: u32 = 32;
+
+/// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
+pub const PIXEL_RAYS: u32 = 4;
+
+/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
+/// only; where maps or sensors end the run, an image that has it takes no more rays.
+pub const IMAGE_ERROR: f64 = 5.0;
 
 /// Hears how far a run has come.
 pub trait Progress: Sync {
@@ -204,8 +221,14 @@ struct Place<const C: usize> {
     density: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
+    /// Photons counted where neither rays nor crossings tell their light.
+    counts: Option<Counts<C>>,
+    /// Areas of the points, m²: of a measured surface only.
+    areas: Vec<f64>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
+    /// The same by light group.
+    groups: Option<groups::PlaceGroups>,
 }
 
 /// Estimates from photon densities with several k; see [`SCALES`].
@@ -237,6 +260,8 @@ struct Rendering<'a, const C: usize> {
     photons_emitted: u64,
     photons_stored: u64,
     flux: Tally<C>,
+    /// The light groups to be told apart.
+    groups: Option<LightGroups>,
     /// Caustics of all passes so far at each receiver, where rays find the other light.
     caustics: Vec<Crossings<C>>,
     warnings: Vec<String>,
@@ -264,9 +289,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             photons_emitted: 0,
             photons_stored: 0,
             flux: Tally::default(),
+            groups: None,
             caustics: Vec::new(),
             warnings: scene.warnings.clone(),
         };
+        rendering.choose_groups()?;
         let caster =
             rendering.timed("build BVH", 1, |_| RayCaster::build(&scene.mesh, rayon::current_num_threads()))?;
         let (mut places, sensors) = rendering.places(&caster);
@@ -274,11 +301,15 @@ impl<'a, const C: usize> Rendering<'a, C> {
             rendering.direct(&mut places, &caster);
         }
         rendering.look_around(&mut places, &caster);
+        let mut images = Vec::new();
+        if plan.bounces || !scene.cameras.is_empty() {
+            images = rendering.passes::<T>(&mut places, &caster);
+        }
         if plan.bounces {
-            rendering.passes::<T>(&mut places, &caster);
+            rendering.conclude_groups(&mut places);
         }
         rendering.warn(&places);
-        Ok(rendering.results(&places, &sensors, caster.peak_memory()))
+        Ok(rendering.results(&places, &sensors, images, caster.peak_memory()))
     }
 
     /// Runs a stage and books its wall time.
@@ -294,7 +325,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         result
     }
 
-    /// Every receiver: the planes in the scene's order, then the sensors' with the sensors each serves.
+    /// Every receiver: the planes in the scene's order, the sensors' with the sensors each serves, then the surfaces.
     fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
         let scene = self.scene;
         let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
@@ -309,22 +340,41 @@ impl<'a, const C: usize> Rendering<'a, C> {
             receivers.push((receiver, false));
             sensors.push(served);
         }
+        if let Some((receiver, served)) = Receiver::of_bodies(scene, caster, tolerance) {
+            receivers.push((receiver, false));
+            sensors.push(served);
+        }
+        receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
         let place = |(receiver, on_surface): (Receiver, bool)| {
             let dark = vec![Estimate::DARK; receiver.len()];
             let sampled = self.plan.bounces && self.plan.method.sends_rays();
+            let told_apart = receiver.is_plane() || !receiver.bodies().is_empty();
             Place {
                 on_surface,
                 has_value: vec![true; receiver.len()],
                 surroundings: Vec::new(),
                 smoother: None,
                 direct: None,
-                samples: sampled.then(|| Samples::new(receiver.len())),
+                samples: sampled.then(|| match &self.groups {
+                    Some(groups) if told_apart => {
+                        Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none())
+                    }
+                    _ => Samples::new(receiver.len()),
+                }),
+                groups: if told_apart { self.place_groups(&receiver) } else { None },
+                counts: None,
+                areas: Vec::new(),
                 density: vec![Densities::default(); receiver.len()],
                 bounced: dark,
                 receiver,
             }
         };
-        (receivers.into_iter().map(place).collect(), sensors)
+        let mut places: Vec<Place<C>> = receivers.into_iter().map(place).collect();
+        let first = places.len() - scene.surfaces.len();
+        for (place, surface) in places[first..].iter_mut().zip(&scene.surfaces) {
+            place.areas = surface.samples.iter().map(Sample::area).collect();
+        }
+        (places, sensors)
     }
 
     fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
@@ -334,7 +384,12 @@ impl<'a, const C: usize> Rendering<'a, C> {
             for (index, place) in places.iter_mut().enumerate() {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
                 let advance = |steps| this.progress.advance(steps);
-                let light = direct_light(&this.scene.luminaires, &place.receiver, &blockers, seed, advance);
+                let (luminaires, receiver) = (&this.scene.luminaires, &place.receiver);
+                let groups = place.groups.as_ref().and(this.groups.as_ref());
+                let light = match receiver.bodies() {
+                    [] => direct_light_in_groups(luminaires, receiver, &blockers, seed, advance, groups),
+                    bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups),
+                };
                 this.gather_rays += light.rays;
                 place.direct = Some(light);
             }
@@ -355,7 +410,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
                 *has_value =
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
-                if densities {
+                if densities && receiver.is_plane() {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.gather_rays += (FAN * surroundings.len()) as u64;
                 }
@@ -374,3 +429,10 @@ const PURPOSE_PHOTONS: u64 = 1;
 const PURPOSE_SHADOWS: u64 = 2;
 const PURPOSE_REACH: u64 = 3;
 const PURPOSE_SIGHT: u64 = 4;
+const PURPOSE_VIEWS: u64 = 5;
+
+/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
+fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
+    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
+    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
+}

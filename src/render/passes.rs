@@ -5,18 +5,28 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::groups::{SHARP, SMOOTH};
 use super::results::Cell;
-use super::{Densities, PURPOSE_PHOTONS, PURPOSE_SIGHT, Place, Rendering, SENSOR_RAYS, Searches};
+use super::views::{Batch, View};
+use super::{
+    Densities, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS,
+    Searches, low_discrepancy,
+};
 use crate::embree::RayCaster;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
-use crate::gather::density::{Estimate, Search, local_linear, paper};
-use crate::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
+use crate::gather::camera::{Eye, first_surface};
+use crate::gather::caustics::{CausticMap, Caustics};
+use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
+use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
+use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
-use crate::gather::sight::{Records, Sight};
+use crate::gather::sight::{Origins, Records, Sight, ToGroups};
+use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream};
-use crate::photon::trace::{Tally, Tracer};
+use crate::photon::random::Seed;
+use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
+use crate::report::CameraImage;
 use crate::scene::plan::Method;
 
 /// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
@@ -25,17 +35,39 @@ const ROUNDS: u64 = 4;
 /// A patch's size as a part of the mean distance that points look: as fine as their mean over a hemisphere needs.
 const PATCH_SHARE: f64 = 1.0 / 10.0;
 
+/// Radius of the disc about a body in which photons are counted, in largest search radii.
+const DISC_SHARE: f32 = 0.2;
+
 /// What rays of a point look at before patches are cut: tells how far they look.
 const SCOUTS: u64 = 4096;
 
 impl<const C: usize> Rendering<'_, C> {
-    /// Passes until one of the limits is met.
-    pub(super) fn passes<T: NearestPhotons>(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
+    /// Passes until one of the limits is met; returns the images of the cameras.
+    pub(super) fn passes<T: NearestPhotons>(
+        &mut self,
+        places: &mut [Place<C>],
+        caster: &RayCaster,
+    ) -> Vec<CameraImage> {
         let engine = Engine::new(self, places, caster);
+        let (scene, mut views) = (self.scene, Vec::new());
+        if let (Some(sight), false) = (&engine.sight, scene.cameras.is_empty()) {
+            let view = |camera| View::new(camera, scene.centre, sight, caster);
+            views = self.timed("camera rays", 1, |_| scene.cameras.iter().map(view).collect());
+        }
+        self.repeat::<T>(&engine, places, &mut views);
+        views.iter().map(|view| view.image(scene.centre)).collect()
+    }
+
+    fn repeat<T: NearestPhotons>(
+        &mut self,
+        engine: &Engine<'_, C>,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+    ) {
         let mut next_check = 1;
         loop {
             let started = Instant::now();
-            self.pass::<T>(&engine, places);
+            self.pass::<T>(engine, places, views);
             self.passes += 1;
             let enough = self.settings.passes.is_some_and(|most| self.passes >= most);
             let taken = started.elapsed().as_secs_f64();
@@ -43,14 +75,19 @@ impl<const C: usize> Rendering<'_, C> {
             let last = enough || late || self.progress.interrupted();
             let asked = self.settings.error.is_some() && self.passes >= next_check;
             if last || asked {
-                self.conclude::<T>(places);
-                let claim = worst_of(places, self.scene.planes.len(), Cell::of);
+                if self.plan.bounces {
+                    self.conclude::<T>(places);
+                }
+                let claim = match places {
+                    [] => views.iter().map(View::claim).fold(0.0, f64::max),
+                    _ => worst_of(places, Cell::of),
+                };
                 self.progress.pass(self.passes, 100.0 * claim);
                 let Some(target) = self.settings.error.map(|percent| percent / 100.0) else { return };
-                if last || claim <= target {
+                if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
                     return;
                 }
-                let floor = worst_of(places, self.scene.planes.len(), Cell::of_direct);
+                let floor = worst_of(places, Cell::of_direct);
                 if floor > target {
                     self.warnings.push(format!(
                         "--error {}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
@@ -67,40 +104,65 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
+    /// Parts of a pass with photons of their own.
+    pub(super) fn rounds(&self) -> u64 {
+        if self.plan.method.sends_rays() { ROUNDS } else { 1 }
+    }
+
     /// One pass: trace, build, gather.
-    fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>]) {
+    fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
+        // An image that is good enough rests while maps and sensors ask for more.
+        let goal = if places.is_empty() { self.settings.error } else { Some(IMAGE_ERROR) };
+        let goal = goal.filter(|_| self.settings.error.is_some() && self.settings.passes.is_none());
+        let rests = |view: &View<'_, C>| self.passes > 0 && goal.is_some_and(|goal| 100.0 * view.claim() <= goal);
+        let resting: Vec<bool> = views.iter().map(rests).collect();
         let pass = u64::from(self.passes);
         // What rays can't find, caustics, is left to all photons so far; other densities are a matter of one pass.
         let mut crossings = std::mem::take(&mut self.caustics);
         crossings.resize_with(places.len(), Crossings::default);
         let mut landings = Photons::default();
-        let rounds = if self.plan.method.sends_rays() { ROUNDS } else { 1 };
+        let rounds = self.rounds();
         for round in pass * rounds..(pass + 1) * rounds {
-            let mut light = None;
+            let (mut light, mut by_group) = (None, None);
+            let mut caustics = Caustics::default();
             if let Some(tracer) = &engine.tracer {
-                let caught = self.timed("trace photons", tracer.photons(), |this| {
-                    this.trace(tracer, engine.grid.as_ref(), places, round)
-                });
+                let caught =
+                    self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, places, round));
+                for met in &caught.met {
+                    if let Some(counts) = &mut places[met.receiver as usize].counts {
+                        counts.add(met);
+                    }
+                }
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
-                for (all, mut new) in crossings.iter_mut().zip(caught.crossings) {
-                    all.sharp.append(&mut new.sharp);
-                    all.smooth.append(&mut new.smooth);
-                }
+                crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
                 landings = caught.landings;
-                light = engine
-                    .grid
-                    .as_ref()
-                    .map(|grid| self.timed("build records", 1, |_| PatchLight::new(grid, &caught.patches)));
+                caustics = caught.caustics;
+                if let Some(grid) = &engine.grid {
+                    self.timed("build records", 1, |this| {
+                        let patches = PatchLight::new(grid, &caught.patches);
+                        let groups = this.groups.as_ref();
+                        by_group = groups.map(|groups| PatchGroups::new(grid, &caught.patches, groups, &patches));
+                        light = Some(patches);
+                    });
+                }
             }
             if let Some(sight) = &engine.sight {
-                let points = places.iter().map(|place| place.receiver.len() as u64).sum();
                 let records = engine.grid.as_ref().zip(light.as_ref()).map(|(grid, light)| Records { grid, light });
-                self.timed("gather rays", points, |this| {
-                    for (index, place) in places.iter_mut().enumerate() {
-                        this.look(sight, records, index, place, round);
-                    }
-                });
+                if places.iter().any(|place| place.samples.is_some()) {
+                    let points = places.iter().map(|place| place.receiver.len() as u64).sum();
+                    self.timed("gather rays", points, |this| {
+                        for (index, place) in places.iter_mut().enumerate() {
+                            this.look(sight, records, by_group.as_ref(), index, place, round);
+                        }
+                    });
+                }
+                if !views.is_empty() {
+                    let caustics =
+                        (!caustics.is_empty()).then(|| self.caustic_map(caustics, rounds, round, engine.area));
+                    let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
+                    self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
+                }
             }
         }
         if self.plan.method.sends_rays() {
@@ -111,41 +173,100 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
+    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces, m².
+    fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
+        let photons = self.settings.photons as f64 / rounds as f64;
+        let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
+        // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in less
+        // light than the mean, and to reach farther would smear what is bright there.
+        let wide_enough = (search.nearest as f64 * area / (std::f64::consts::PI * photons)).sqrt() as f32;
+        CausticMap::build(caustics, Search { radius: search.radius.min(wide_enough), ..search })
+    }
+
+    /// One round's rays of every camera that doesn't rest, in `batches` independent parts.
+    fn look_from_cameras(
+        &mut self,
+        eye: &Eye<'_, C>,
+        views: &mut [View<'_, C>],
+        resting: &[bool],
+        round: u64,
+        batches: u64,
+    ) {
+        let rays = u64::from(self.settings.rays).div_ceil(ROUNDS) * u64::from(PIXEL_RAYS);
+        let awake = || resting.iter().map(|resting| !resting);
+        let pixels = views.iter().zip(awake()).map(|(view, awake)| if awake { view.len() as u64 } else { 0 }).sum();
+        for batch in round * batches..(round + 1) * batches {
+            self.timed("camera rays", pixels, |this| {
+                for (index, (view, _)) in views.iter_mut().zip(awake()).enumerate().filter(|(_, (_, awake))| *awake) {
+                    let seed = Seed(this.settings.seed).branch(PURPOSE_VIEWS).branch(index as u64).branch(batch);
+                    let batch = Batch { eye, seed, rays };
+                    this.gather_rays += view.look(&batch, |pixels| this.progress.advance(pixels));
+                }
+            });
+        }
+    }
+
     /// What each receiver and surface caught of one round's photons.
     fn trace<'p>(
         &self,
         tracer: &Tracer<'_, C>,
-        grid: Option<&'p PatchGrid>,
+        engine: &'p Engine<'_, C>,
         places: &[Place<C>],
         round: u64,
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
-        let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
-        let advance = |photons| self.progress.advance(photons);
+        let sources = self.groups.is_some();
+        let count = |keep| CountRecorder::new(&engine.watched, &self.scene.mesh, keep);
         let mut caught = Caught::default();
-        match (self.plan.method, grid) {
+        match (self.plan.method, &engine.grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
-                let record = || (PatchRecorder::new(grid), CrossingRecorder::new(watched, Keep::Caustics));
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (patches, crossings) = records.into_iter().unzip();
-                (caught.patches, caught.crossings, caught.flux) = (patches, CrossingRecorder::merge(crossings), flux);
+                let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
+                let others = || (caustics(), count(Keep::Caustics));
+                let record = || (PatchRecorder::new(grid).with_sources(sources), others());
+                let records = self.record(tracer, round, record, &mut caught);
+                let (patches, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (crossings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
+                (caught.patches, caught.crossings) = (patches, CrossingRecorder::merge(crossings));
             }
             (Method::Seed, _) => {
-                let record = || (CrossingRecorder::new(&receivers, Keep::All), LandingRecorder::new());
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                let (crossings, landings) = records.into_iter().unzip();
-                caught.crossings = CrossingRecorder::merge(crossings);
-                (caught.landings, caught.flux) = (LandingRecorder::merge(landings), flux);
+                let others = || (LandingRecorder::new(), count(Keep::All));
+                let record = || (CrossingRecorder::new(&receivers, Keep::All), others());
+                let records = self.record(tracer, round, record, &mut caught);
+                let (crossings, others): (_, Vec<_>) = records.into_iter().unzip();
+                let (landings, met) = others.into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
+                (caught.crossings, caught.landings) =
+                    (CrossingRecorder::merge(crossings), LandingRecorder::merge(landings));
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let record = || CrossingRecorder::new(&receivers, keep);
-                let (records, flux) = tracer.trace(seed, round, record, advance);
-                (caught.crossings, caught.flux) = (CrossingRecorder::merge(records), flux);
+                let record = || (CrossingRecorder::new(&receivers, keep).with_sources(sources), count(keep));
+                let (crossings, met) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
+                caught.met = CountRecorder::merge(met);
+                caught.crossings = CrossingRecorder::merge(crossings);
             }
         }
         caught
+    }
+
+    /// Traces one round. What cameras and the balance ask for goes into `caught`, the records asked for are returned.
+    fn record<R: Recorder<C>>(
+        &self,
+        tracer: &Tracer<'_, C>,
+        round: u64,
+        record: impl Fn() -> R + Sync,
+        caught: &mut Caught<'_, C>,
+    ) -> Vec<R> {
+        let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
+        let advance = |photons| self.progress.advance(photons);
+        let looked_at = self.plan.caustics && !self.scene.cameras.is_empty();
+        let record = || (record(), looked_at.then(Caustics::default));
+        let (records, flux) = tracer.trace(seed, round, record, advance);
+        let (records, caustics): (Vec<R>, Vec<Option<Caustics<C>>>) = records.into_iter().unzip();
+        (caught.caustics, caught.flux) = (Caustics::merge(caustics.into_iter().flatten()), flux);
+        records
     }
 
     /// One round's rays from every point of a receiver.
@@ -153,32 +274,22 @@ impl<const C: usize> Rendering<'_, C> {
         &mut self,
         sight: &Sight<'_, C>,
         records: Option<Records<'_, C>>,
+        patches: Option<&PatchGroups<C>>,
         index: usize,
         place: &mut Place<C>,
         round: u64,
     ) {
-        let Place { receiver, has_value, samples: Some(samples), .. } = place else { return };
-        let of_sensors = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
-        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * of_sensors;
+        let Place { receiver, has_value, samples: Some(samples), groups: told_apart, .. } = place else { return };
+        let alone = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
+        let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * alone;
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
-        let rays = AtomicU64::new(0);
-        samples.add(round, count, |point| {
-            let mut sum = [0.0; C];
-            if !has_value[point] {
-                return sum;
-            }
-            let mut stream = seed.stream(point as u64);
-            let shift = stream.uniform_pair();
-            let mut cast = 0;
-            for ray in 0..count {
-                let direction = Stream::cosine_at(receiver.normal, low_discrepancy(ray, shift));
-                let found = sight.incoming(receiver.start(point), direction, records, &mut stream, &mut cast);
-                (0..C).for_each(|c| sum[c] += found[c]);
-            }
-            rays.fetch_add(cast, Ordering::Relaxed);
-            sum
-        });
-        self.gather_rays += rays.into_inner();
+        let look = Look { sight, records, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
+        match (&self.groups, told_apart) {
+            (Some(groups), Some(_)) => samples
+                .add_in_groups(round, count, |point, row| look.from(point, &mut ToGroups { groups, patches, row })),
+            _ => samples.add(round, count, |point| look.from(point, &mut ())),
+        }
+        self.gather_rays += look.rays.into_inner();
         self.progress.advance(receiver.len() as u64);
     }
 
@@ -199,7 +310,7 @@ impl<const C: usize> Rendering<'_, C> {
         });
         let points = places.iter().map(|place| place.receiver.len() as u64).sum();
         self.timed("gather", points, |this| {
-            for (place, maps) in places.iter_mut().zip(&maps) {
+            for (place, maps) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane()) {
                 this.densities(place, maps, &surfaces, searches);
             }
         });
@@ -210,11 +321,18 @@ impl<const C: usize> Rendering<'_, C> {
     fn maps<T: NearestPhotons>(&self, crossings: Vec<Crossings<C>>) -> Vec<[PhotonMap<T, C>; 2]> {
         crossings
             .into_par_iter()
-            .map(|Crossings { mut sharp, mut smooth }| {
+            .map(|Crossings { mut sharp, mut smooth, sources }| {
                 if self.plan.method == Method::Seed {
                     sharp.append(&mut smooth);
                 }
-                [PhotonMap::build(sharp.positions, sharp.flux), PhotonMap::build(smooth.positions, smooth.flux)]
+                let [first, second] = sources;
+                [(sharp, first), (smooth, second)].map(|(photons, sources)| match &self.groups {
+                    None => PhotonMap::build(photons.positions, photons.flux),
+                    Some(groups) => {
+                        let marks = sources.into_iter().map(|luminaire| groups.group(luminaire));
+                        PhotonMap::build_marked(photons.positions, photons.flux, marks)
+                    }
+                })
             })
             .collect()
     }
@@ -227,10 +345,12 @@ impl<const C: usize> Rendering<'_, C> {
         surfaces: &PhotonMap<T, C>,
         Searches { sharp: near, smooth: wide }: Searches,
     ) {
-        let Place { receiver, on_surface, has_value, surroundings, density, .. } = place;
-        let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch());
+        let Place { receiver, on_surface, has_value, surroundings, density, groups, .. } = place;
+        let layout = groups.as_ref().map(|groups| groups.layout);
+        let stride = layout.map_or(0, |layout| layout.stride);
+        let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch(), vec![0.0; stride]);
         let scales = self.scales();
-        density.par_iter_mut().enumerate().with_min_len(64).for_each_init(fresh, |scratch, (point, sums)| {
+        let add = |scratch: &mut (_, _, _, Vec<f64>), point: usize, sums: &mut Densities<C>, rows: &mut [f32]| {
             if !has_value[point] {
                 return;
             }
@@ -247,19 +367,39 @@ impl<const C: usize> Rendering<'_, C> {
                 let scaled =
                     |search: Search| Search { nearest: ((search.nearest as f64 * factor) as usize).max(2), ..search };
                 let around = &surroundings[point];
+                let (first, second, _, by_group) = &mut *scratch;
                 if !sharp.is_empty() {
-                    sums.sharp[scale].add(&local_linear(sharp, [u, v], scaled(near), around, &mut scratch.0));
+                    let groups = layout.map(|layout| layout.sums(by_group));
+                    let found = local_linear_in_groups(sharp, [u, v], scaled(near), around, first, groups);
+                    sums.sharp[scale].add(&found);
+                    layout.inspect(|layout| layout.add(rows, SHARP, scale, by_group));
                 }
                 if !smooth.is_empty() {
-                    sums.smooth[scale].add(&local_linear(smooth, [u, v], scaled(wide), around, &mut scratch.1));
+                    let groups = layout.map(|layout| layout.sums(by_group));
+                    let found = local_linear_in_groups(smooth, [u, v], scaled(wide), around, second, groups);
+                    sums.smooth[scale].add(&found);
+                    layout.inspect(|layout| layout.add(rows, SMOOTH, scale, by_group));
                 }
             }
-        });
+        };
+        match groups {
+            None => density
+                .par_iter_mut()
+                .enumerate()
+                .with_min_len(64)
+                .for_each_init(fresh, |scratch, (point, sums)| add(scratch, point, sums, &mut [])),
+            Some(groups) => density
+                .par_iter_mut()
+                .zip(groups.density.par_chunks_mut(groups.layout.of_point()))
+                .enumerate()
+                .with_min_len(64)
+                .for_each_init(fresh, |scratch, (point, (sums, rows))| add(scratch, point, sums, rows)),
+        }
         self.progress.advance(receiver.len() as u64);
     }
 
     /// Multiples of k that are tried; the paper knows one.
-    fn scales(&self) -> &'static [f64] {
+    pub(super) fn scales(&self) -> &'static [f64] {
         match self.plan.method {
             Method::Seed => &[1.0],
             _ if self.settings.nearest.is_some() => &FIXED,
@@ -267,105 +407,208 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
+    /// Photon maps in the sums of densities: one each pass; or all photons so far make one, of passes · ROUNDS times the flux.
+    pub(super) fn density_passes(&self) -> f64 {
+        f64::from(self.passes) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
+    }
+
     /// What the passes so far say of light that has bounced.
     fn conclude<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
-        let mut passes = f64::from(self.passes);
+        let passes = self.density_passes();
         if self.plan.method.sends_rays() && self.plan.photons && self.plan.caustics {
-            // All photons so far make one map, of passes · ROUNDS times the flux.
-            places.iter_mut().for_each(|place| place.density.fill(Default::default()));
+            for place in places.iter_mut() {
+                place.density.fill(Default::default());
+                place.groups.iter_mut().for_each(|groups| groups.density.fill(0.0));
+            }
             let searches = Searches::new(self.plan.method, self.settings, self.diagonal, self.photons_emitted as f64);
             self.photons_stored = 0;
             self.gather::<T>(places, self.caustics.clone(), Photons::default(), searches);
-            passes *= ROUNDS as f64;
         }
         let (scales, fixed) =
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
         self.timed("smooth", 1, |_| {
             for place in places {
-                let Place { receiver, has_value, smoother, density, samples, bounced, .. } = place;
+                let Place { receiver, has_value, smoother, density, samples, counts, bounced, groups, .. } = place;
+                let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
+                let listen = groups.is_some();
                 let mean = |sum: &Estimate<C>| Estimate {
                     value: sum.value.map(|value| value / passes),
                     variance: sum.variance / (passes * passes),
                 };
-                let best = |kind: fn(&Densities<C>) -> &[Estimate<C>; SCALES.len()]| {
+                let best = |kind: fn(&Densities<C>) -> &[Estimate<C>; SCALES.len()], chosen: &mut Vec<u8>| {
                     let scale = |scale: usize| density.iter().map(|sums| mean(&kind(sums)[scale])).collect();
-                    choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value)
+                    let note = |scale| {
+                        if listen {
+                            chosen.push(scale as u8)
+                        }
+                    };
+                    choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value, note)
                 };
-                *bounced = best(|sums| &sums.sharp);
-                bounced.iter_mut().zip(best(|sums| &sums.smooth)).for_each(|(sum, found)| sum.add(&found));
-                let Some(samples) = samples else { continue };
-                let found = match smoother {
-                    Some(smoother) => smoother.smooth(samples, has_value),
-                    None => samples.plain(),
-                };
-                bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                *bounced = best(|sums| &sums.sharp, &mut sharp_scales);
+                let smooth = best(|sums| &sums.smooth, &mut smooth_scales);
+                bounced.iter_mut().zip(smooth).for_each(|(sum, found)| sum.add(&found));
+                if let Some(counts) = counts {
+                    (0..).zip(bounced.iter_mut()).for_each(|(point, sum)| sum.add(&counts.estimate(point, passes)));
+                }
+                if let Some(samples) = samples {
+                    let found = match smoother {
+                        Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
+                        None => samples.plain(),
+                    };
+                    bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                }
+                if let Some(groups) = groups {
+                    (groups.scales, groups.windows) = ([sharp_scales, smooth_scales], windows);
+                }
             }
         });
     }
 }
 
-/// Claimed standard error of the worst map, relative to its mean; of the worst sensor where there is no map.
-fn worst_of<const C: usize>(places: &[Place<C>], maps: usize, cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
-    let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
-        let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
-        for point in points.filter(|&point| place.has_value[point]) {
-            let cell = cell(place, point);
-            sum += photometric(cell.value);
-            variance += cell.variance;
-            count += 1.0;
+/// One round's rays from the points of a receiver.
+struct Look<'a, const C: usize> {
+    sight: &'a Sight<'a, C>,
+    records: Option<Records<'a, C>>,
+    receiver: &'a Receiver,
+    has_value: &'a [bool],
+    seed: Seed,
+    /// Rays from each point.
+    count: u64,
+    /// Rays cast, those onward from where they end included.
+    rays: AtomicU64,
+}
+
+impl<const C: usize> Look<'_, C> {
+    /// Sum of what the rays from a point find, lx; `origins` hears where it comes from.
+    fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
+        let mut sum = [0.0; C];
+        if !self.has_value[point] {
+            return sum;
         }
-        if sum > 0.0 { (variance * count).sqrt() / sum } else { 0.0 }
+        let start = self.receiver.start(point);
+        let mut stream = self.seed.stream(point as u64);
+        let shift = stream.uniform_pair();
+        let mut cast = 0;
+        for ray in 0..self.count {
+            let direction = self.receiver.direction(point, low_discrepancy(ray, shift));
+            let found = self.sight.incoming_from(start, direction, self.records, &mut stream, &mut cast, origins);
+            (0..C).for_each(|c| sum[c] += found[c]);
+        }
+        self.rays.fetch_add(cast, Ordering::Relaxed);
+        sum
+    }
+}
+
+/// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
+/// map.
+fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
+    let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
+        let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);
+        for point in points.filter(|&point| place.has_value[point]) {
+            let (cell, weight) = (cell(place, point), place.areas.get(point).copied().unwrap_or(1.0));
+            sum += weight * photometric(cell.value);
+            variance += weight * cell.variance;
+            whole += weight;
+        }
+        if sum > 0.0 { (variance * whole).sqrt() / sum } else { 0.0 }
     };
-    let claims = places.iter().take(maps).map(|place| of_points(place, &mut (0..place.receiver.len())));
-    if maps > 0 {
-        return claims.fold(0.0, f64::max);
+    let is_map = |place: &&Place<C>| place.receiver.grid.is_some() || !place.areas.is_empty();
+    if places.iter().any(|place| is_map(&place)) {
+        let maps = places.iter().filter(is_map);
+        return maps.map(|place| of_points(place, &mut (0..place.receiver.len()))).fold(0.0, f64::max);
     }
     let sensors = places.iter().flat_map(|place| (0..place.receiver.len()).map(move |point| (place, point)));
     sensors.map(|(place, point)| of_points(place, &mut std::iter::once(point))).fold(0.0, f64::max)
 }
 
-/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
-fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
-    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
-    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
-}
-
 /// What a run keeps from pass to pass.
 struct Engine<'a, const C: usize> {
+    caster: &'a RayCaster,
+    /// Of all surfaces, m².
+    area: f64,
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
+    /// What photons are counted for at each receiver.
+    watched: Vec<Watched<'a>>,
 }
 
 impl<'a, const C: usize> Engine<'a, C> {
-    fn new(run: &Rendering<'a, C>, places: &[Place<C>], caster: &'a RayCaster) -> Self {
+    fn new(run: &Rendering<'a, C>, places: &mut [Place<C>], caster: &'a RayCaster) -> Self {
         let (scene, method) = (run.scene, run.plan.method);
-        let rounds = if method.sends_rays() { ROUNDS } else { 1 };
+        let rounds = run.rounds();
         let photons = run.settings.photons.div_ceil(rounds);
-        let tracer = (method != Method::Path).then(|| Tracer::new(scene, caster, photons));
-        let sight = method.sends_rays().then(|| Sight::new(scene, caster, method == Method::Path));
-        let grid = (method == Method::Gather).then(|| {
-            let size = PATCH_SHARE * mean_sight(run, places, caster);
+        let tracer = run.plan.photons.then(|| Tracer::new(scene, caster, photons));
+        let looks = method.sends_rays() || !scene.cameras.is_empty();
+        let sight = looks.then(|| Sight::new(scene, caster, method == Method::Path));
+        let grid = (method == Method::Gather && run.plan.photons).then(|| {
+            let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
-            let useful = |material: u32| scene.materials[material as usize].reflectance.iter().any(|&part| part > 0.0);
+            let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
         });
-        Self { tracer, sight, grid }
+        let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
+        let area = (0..looked_at).map(|triangle| triangle_area(&scene.mesh.corners(triangle))).sum();
+        Self { caster, area, tracer, sight, grid, watched: watched(run, places, caster) }
     }
 }
 
-/// Mean distance of what the points of all receivers look at, m; the scene's diagonal where they see nothing.
-fn mean_sight<const C: usize>(run: &Rendering<'_, C>, places: &[Place<C>], caster: &RayCaster) -> f64 {
+/// What photons are to be counted for at each receiver, with counts made ready for it.
+fn watched<'a, const C: usize>(
+    run: &Rendering<'a, C>,
+    places: &mut [Place<C>],
+    caster: &RayCaster,
+) -> Vec<Watched<'a>> {
+    let counted = run.plan.photons && (!run.plan.method.sends_rays() || run.plan.caustics);
+    if !counted || places.iter().all(|place| place.receiver.is_plane()) {
+        return Vec::new();
+    }
+    let first = places.len() - run.scene.surfaces.len();
+    let of = |(index, place): (usize, &mut Place<C>)| {
+        let watched = match (place.receiver.bodies(), index.checked_sub(first)) {
+            ([], None) => return Watched::Nothing,
+            ([], Some(surface)) => Watched::Surface(&run.scene.surfaces[surface]),
+            _ => {
+                let (radius, floor) = (DISC_SHARE * run.searches.smooth.radius, run.searches.smooth.floor);
+                Watched::bodies(&place.receiver, radius, floor, caster)
+            }
+        };
+        place.counts = Some(Counts::new(watched.areas()));
+        watched
+    };
+    places.iter_mut().enumerate().map(of).collect()
+}
+
+/// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
+/// they see nothing.
+fn mean_sight<const C: usize>(
+    run: &Rendering<'_, C>,
+    places: &[Place<C>],
+    sight: Option<&Sight<'_, C>>,
+    caster: &RayCaster,
+) -> f64 {
     let seed = Seed(run.settings.seed).branch(PURPOSE_SIGHT);
+    let cameras = &run.scene.cameras;
     let (mut sum, mut count) = (0.0, 0.0);
     for scout in 0..SCOUTS {
         let mut stream = seed.stream(scout);
-        let place = &places[(scout % places.len() as u64) as usize];
-        let point =
-            ((f64::from(stream.uniform()) * place.receiver.len() as f64) as usize).min(place.receiver.len() - 1);
-        let direction = stream.cosine_about(place.receiver.normal);
-        let hit = caster.closest_hit(place.receiver.start(point), direction, f32::INFINITY);
-        if let (true, Some(hit)) = (place.has_value[point], hit) {
+        let from = (scout % (places.len() + cameras.len()) as u64) as usize;
+        let start = if let Some(place) = places.get(from) {
+            let points = place.receiver.len();
+            let point = ((f64::from(stream.uniform()) * points as f64) as usize).min(points - 1);
+            let direction = place.receiver.direction(point, stream.uniform_pair());
+            place.has_value[point].then(|| (place.receiver.start(point), direction))
+        } else {
+            let camera = &cameras[from - places.len()];
+            let at = [0, 1].map(|axis| f64::from(stream.uniform()) * camera.pixels[axis] as f64);
+            let (eye, direction) = (camera.eye.as_vec3(), camera.direction(at).as_vec3());
+            sight.and_then(|sight| first_surface(sight, caster, eye, direction)).map(|(hit, direction)| {
+                let normal = if direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
+                (hit.leave(normal), stream.cosine_about(normal))
+            })
+        };
+        let hit = start.and_then(|(start, direction)| caster.closest_hit(start, direction, f32::INFINITY));
+        if let Some(hit) = hit {
             sum += f64::from(hit.distance);
             count += 1.0;
         }
@@ -377,12 +620,21 @@ fn mean_sight<const C: usize>(run: &Rendering<'_, C>, places: &[Place<C>], caste
 struct Caught<'p, const C: usize> {
     crossings: Vec<Crossings<C>>,
     landings: Photons<C>,
+    caustics: Caustics<C>,
     patches: Vec<PatchRecorder<'p, C>>,
+    met: Vec<Met<C>>,
     flux: Tally<C>,
 }
 
 impl<const C: usize> Default for Caught<'_, C> {
     fn default() -> Self {
-        Self { crossings: Vec::new(), landings: Photons::default(), patches: Vec::new(), flux: Tally::default() }
+        Self {
+            crossings: Vec::new(),
+            landings: Photons::default(),
+            caustics: Caustics::default(),
+            patches: Vec::new(),
+            met: Vec::new(),
+            flux: Tally::default(),
+        }
     }
 }

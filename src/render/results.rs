@@ -9,9 +9,9 @@ use crate::gather::direct::DirectLight;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
-use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading};
+use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::plan::Method;
-use crate::scene::{MeasuringPlane, PlaneKind, Scene};
+use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
 use crate::units::Lumens;
 
 impl<const C: usize> Rendering<'_, C> {
@@ -47,6 +47,28 @@ impl<const C: usize> Rendering<'_, C> {
                 ));
             }
         }
+        let first = places.len() - self.scene.surfaces.len();
+        for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
+            if place.has_value.iter().all(|has_value| !has_value) {
+                self.warnings.push(format!(
+                    "surface \"{}\": no light can arrive at any sample; side = \"front\" is the one from which vertices run \
+                     counter-clockwise, and some luminaire has to shine into the same space",
+                    surface.name
+                ));
+            }
+            let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let unmet = (0..surface.samples.len()).filter(unmet).count();
+            if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+                self.warnings.push(format!(
+                    "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0 ± 0; \
+                     expected more photons or a wider spacing",
+                    surface.name,
+                    surface.samples.len(),
+                ));
+            }
+        }
+        let coarse: Vec<String> = self.scene.planes.iter().flat_map(areas::too_coarse).collect();
+        self.warnings.extend(coarse);
         if self.plan.method == Method::Path && self.plan.caustics {
             let point = |luminaire: &Luminaire| matches!(luminaire.opening, Opening::Point { .. });
             self.warnings.push(if self.scene.luminaires.iter().any(point) {
@@ -75,10 +97,18 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    pub(super) fn results(self, places: &[Place<C>], sensors: &[Vec<usize>], bvh_memory: u64) -> Results {
+    pub(super) fn results(
+        self,
+        places: &[Place<C>],
+        sensors: &[Vec<usize>],
+        images: Vec<CameraImage>,
+        bvh_memory: u64,
+    ) -> Results {
         let flux = self.mean_balance();
         let scene = self.scene;
         let maps = scene.planes.iter().zip(places).map(|(plane, place)| self.map(plane, place)).collect();
+        let surfaces = scene.surfaces.iter().zip(&places[scene.planes.len() + sensors.len()..]);
+        let surfaces = surfaces.map(|(surface, place)| self.surface(surface, place)).collect();
         let mut readings: Vec<(usize, SensorReading)> = places[scene.planes.len()..]
             .iter()
             .zip(sensors)
@@ -114,17 +144,19 @@ impl<const C: usize> Rendering<'_, C> {
             bvh_memory,
             triangles: scene.mesh.triangles.len(),
             luminaires: scene.luminaires.len(),
+            groups: self.group_names().to_vec(),
+            maintenance_factor: scene.maintenance_factor,
             warnings: self.warnings.clone(),
         };
-        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect() }
+        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), surfaces, images }
     }
 
-    /// Flux balance of a pass, the mean over all.
+    /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
     fn mean_balance(&self) -> Tally<C> {
         let mut mean = self.flux;
-        let passes = f64::from(self.passes.max(1));
+        let rounds = (u64::from(self.passes.max(1)) * self.rounds()) as f64;
         for part in [&mut mean.emitted, &mut mean.absorbed, &mut mean.escaped, &mut mean.cut_off] {
-            *part = part.map(|channel| channel / passes);
+            *part = part.map(|channel| channel / rounds);
         }
         mean
     }
@@ -132,7 +164,7 @@ impl<const C: usize> Rendering<'_, C> {
     fn map(&self, plane: &MeasuringPlane, place: &Place<C>) -> IlluminanceMap {
         let cells: Vec<Cell<C>> = (0..plane.len()).map(|point| Cell::of(place, point)).collect();
         let origin = plane.corner + self.scene.centre;
-        IlluminanceMap {
+        let mut map = IlluminanceMap {
             name: plane.name.clone(),
             corner: origin,
             along: plane.along,
@@ -144,6 +176,24 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
             outlines: outlines(self.scene, plane),
+            groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
+            areas: Vec::new(),
+        };
+        map.areas = areas::figures(&plane.areas, &map);
+        map
+    }
+
+    fn surface(&self, surface: &MeasuredSurface, place: &Place<C>) -> SurfaceMap {
+        let cells: Vec<Cell<C>> = (0..place.receiver.len()).map(|point| Cell::of(place, point)).collect();
+        let world = |corner| corner + self.scene.centre;
+        SurfaceMap {
+            name: surface.name.clone(),
+            spacing: surface.spacing,
+            corners: surface.samples.iter().map(|sample| sample.corners.map(world)).collect(),
+            illuminance: cells.iter().map(|cell| photometric(cell.value)).collect(),
+            rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
+            standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
+            has_value: place.has_value.clone(),
         }
     }
 
@@ -154,11 +204,13 @@ impl<const C: usize> Rendering<'_, C> {
             name: sensor.name.clone(),
             position: sensor.position + self.scene.centre,
             normal: sensor.normal,
+            measure: sensor.measure,
             illuminance: photometric(cell.value),
             rgb: self.plan.coloured.then(|| cell.rgb()),
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
             has_value: place.has_value[point],
+            groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
 }
@@ -218,15 +270,25 @@ fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
             }
             Opening::Disc { centre, aim, radius } => {
                 let (x, y) = aim.any_orthonormal_pair();
-                let rim = |step: usize| {
-                    let angle = std::f64::consts::TAU * step as f64 / 48.0;
-                    *centre + (x * angle.cos() + y * angle.sin()) * *radius
-                };
-                vec![flat(&(0..48).map(rim).collect::<Vec<_>>())]
+                vec![flat(&rim(*centre, x * *radius, y * *radius))]
+            }
+            Opening::Ellipse { centre, half_width, half_depth } => vec![flat(&rim(*centre, *half_width, *half_depth))],
+            Opening::Body(body) => {
+                // As seen from so far that rays are parallel.
+                let eye = body.centre + plane.normal() * (1e7 * body.radius());
+                let mut outline = Vec::new();
+                body.outline(eye, &mut outline);
+                vec![flat(&outline.iter().map(|corner| eye + *corner).collect::<Vec<_>>())]
             }
             Opening::Triangles(triangles) => triangles.iter().map(|corners| flat(corners)).collect(),
         })
         .collect()
+}
+
+/// An ellipse in 48 corners.
+fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3) -> Vec<DVec3> {
+    let corner = |(sin, cos): (f64, f64)| centre + half_width * cos + half_depth * sin;
+    (0..48).map(|step| corner((std::f64::consts::TAU * f64::from(step) / 48.0).sin_cos())).collect()
 }
 
 /// Peak memory of this process, bytes; 0 where the system doesn't say.

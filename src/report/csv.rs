@@ -8,13 +8,16 @@ use ::csv::{Writer, WriterBuilder};
 use glam::DVec3;
 
 use crate::report::number::round_to;
-use crate::report::{IlluminanceMap, SensorReading, invalid};
+use crate::report::{GroupReading, IlluminanceMap, SensorReading, invalid};
 
 /// Columns of a plane's file.
 const PLANE: [&str; 5] = ["x_m", "y_m", "z_m", "E_lx", "standard_error_lx"];
 
 /// Columns of the sensors' file.
 const SENSORS: [&str; 7] = ["name", "x_m", "y_m", "z_m", "E_lx", "standard_error_lx", "target_lx"];
+
+/// Columns of the light groups' file.
+const GROUPS: [&str; 4] = ["sensor", "group", "E_lx", "standard_error_lx"];
 
 /// One line for each cell, row by row from the corner: world position of its centre, E and its standard error (1 σ),
 /// both empty where no light can arrive.
@@ -48,6 +51,25 @@ pub fn write_sensors(sensors: &[SensorReading], out: &mut impl Write) -> io::Res
         let value = |quantity: f64| illuminance(sensor.has_value.then_some(quantity));
         let (e, error) = (value(sensor.illuminance), value(sensor.standard_error));
         table.write_record([sensor.name.clone(), x, y, z, e, error, illuminance(sensor.target)])?;
+    }
+    table.flush()
+}
+
+/// One line for each sensor and light group, `groups` being their names; E and error are empty where no light can arrive.
+///
+/// # Errors
+/// Where `out` fails, and where a value isn't finite.
+pub fn write_groups(sensors: &[SensorReading], groups: &[String], out: &mut impl Write) -> io::Result<()> {
+    let mut table = table(out);
+    table.write_record(GROUPS)?;
+    for sensor in sensors {
+        for (name, &GroupReading { illuminance: e, standard_error }) in groups.iter().zip(&sensor.groups) {
+            if !(e + standard_error).is_finite() {
+                return Err(invalid(format!("sensor \"{}\" reads {e} lx of group \"{name}\"", sensor.name)));
+            }
+            let value = |quantity: f64| illuminance(sensor.has_value.then_some(quantity));
+            table.write_record([sensor.name.clone(), name.clone(), value(e), value(standard_error)])?;
+        }
     }
     table.flush()
 }

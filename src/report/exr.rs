@@ -6,11 +6,17 @@
 //! | `R` `G` `B` | coloured scenes | E of each channel (linear Rec. 709), lx; E = 0.2126 R + 0.7152 G + 0.0722 B |
 //! | `A` | maps with cells where no light can arrive | 0 there, as are all other channels; 1 elsewhere |
 //! | `direct.Y` `indirect.Y` `stderr.Y` | where asked for | photometric parts of E and its standard error (1 σ), lx |
+//! | `group.NAME.Y` | colourless scenes whose light groups are told apart | the group's part of E, lx |
+//! | `group.NAME.R` `.G` `.B` | coloured ones | of each channel |
 //!
-//! Further layers are photometric in coloured scenes too: the split and the error are known of E, not of its channels.
+//! Light groups add up to E but for rounding. Names of layers are of plain letters, digits, `-` and `_`; the attribute
+//! `groups` is a JSON object that tells the group's own name for each. The other further layers are photometric in coloured scenes too: the split and the error are known of E, not of its channels.
 //! The first image row is the far end of `across`, so that a floor shows as a plan, y up. `corner`, `along` and `across`
 //! are attributes of text (x y z, m), since survey coordinates need more than single precision.
 
+mod view;
+
+use std::collections::HashSet;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
@@ -19,8 +25,10 @@ use ::exr::prelude::*;
 use glam::DVec3;
 
 use crate::error::{Error, InputError, Location};
+use crate::report::file::first_free;
 use crate::report::{IlluminanceMap, Run, invalid};
 use crate::units::luminance;
+pub use view::write_view;
 
 /// Layers to write beside E, each in lx.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,7 +62,9 @@ pub fn write(map: &IlluminanceMap, run: &Run, layers: &ExtraLayers, out: &mut (i
     map.check()?;
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let layer = Layer::new((map.cells[0], map.cells[1]), attributes(map, run), encoding, channels(map, layers));
+    let groups = group_layers(&run.groups);
+    let attributes = attributes(map, run, &groups);
+    let layer = Layer::new((map.cells[0], map.cells[1]), attributes, encoding, channels(map, layers, &groups));
     let mut image = Image::from_layer(layer);
     image.attributes.pixel_aspect = pixel_aspect(map);
     image.attributes.chromaticities = map.rgb.as_ref().map(|_| rec709());
@@ -113,7 +123,7 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
 }
 
 /// All channels of a file, in the order of their names, which the format wants.
-fn channels(map: &IlluminanceMap, layers: &ExtraLayers) -> AnyChannels<FlatSamples> {
+fn channels(map: &IlluminanceMap, layers: &ExtraLayers, groups: &[String]) -> AnyChannels<FlatSamples> {
     let mut list = SmallVec::new();
     let mut add = |name: &str, value: &dyn Fn(usize) -> f64| {
         let value = |cell| if map.has_value[cell] { value(cell) as f32 } else { 0.0 };
@@ -135,27 +145,70 @@ fn channels(map: &IlluminanceMap, layers: &ExtraLayers) -> AnyChannels<FlatSampl
     if layers.standard_error {
         add("stderr.Y", &|cell| map.standard_error[cell]);
     }
+    for (group, name) in map.groups.iter().zip(groups) {
+        match &group.rgb {
+            None => add(&format!("group.{name}.Y"), &|cell| f64::from(group.illuminance[cell])),
+            Some(rgb) => ["R", "G", "B"]
+                .iter()
+                .enumerate()
+                .for_each(|(i, channel)| add(&format!("group.{name}.{channel}"), &|cell| f64::from(rgb[cell][i]))),
+        }
+    }
     if map.has_value.contains(&false) {
         add("A", &|_| 1.0);
     }
     AnyChannels::sort(list)
 }
 
-/// What the file says about itself.
-fn attributes(map: &IlluminanceMap, run: &Run) -> LayerAttributes {
-    let text = |text: &str| AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())); // UTF-8, as others write
-    let count = |count: u64| AttributeValue::F64(count as f64); // exact up to 2⁵³; a 32-bit integer isn't
-    let whole = |number: usize| AttributeValue::I32(i32::try_from(number).unwrap_or(i32::MAX));
-    let vector = |v: DVec3| text(&format!("{} {} {}", v.x, v.y, v.z));
-    let software = concat!("luxmap ", env!("CARGO_PKG_VERSION"));
-    let other = [
-        ("unit", text("lx")),
-        ("scene", text(&run.scene)),
-        ("sceneHash", text(&run.scene_hash)),
+/// Longest name of a light group's layer, characters.
+const LONGEST: usize = 60;
+
+/// Names of the light groups' layers: letters, digits, `-` and `_` of ASCII stay, anything else between them becomes one `_`,
+/// as dots part layers from channels. No two are equal in any case of letters; a second one gets `-2`.
+pub fn group_layers(groups: &[String]) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let name = |group: &String| {
+        let parts: Vec<&str> = group.split(|c| !plain(c)).filter(|part| !part.is_empty()).collect();
+        let name: String = parts.join("_").chars().take(LONGEST).collect();
+        first_free(if name.is_empty() { "group" } else { &name }, &[""], &mut taken)
+    };
+    groups.iter().map(name).collect()
+}
+
+/// What the file says about itself; `groups` are the names of the light groups' layers.
+fn attributes(map: &IlluminanceMap, run: &Run, groups: &[String]) -> LayerAttributes {
+    let names = groups.iter().cloned().zip(run.groups.iter().map(|name| name.as_str().into()));
+    let names = serde_json::Value::Object(names.collect()).to_string();
+    let groups = (!groups.is_empty()).then(|| ("groups", text(&names)));
+    let own = [
         ("plane", text(&map.name)),
         ("corner", vector(map.corner)),
         ("along", vector(map.along)),
         ("across", vector(map.across)),
+    ];
+    with_provenance(own.into_iter().chain(groups), run)
+}
+
+/// Text, in UTF-8 as others write it.
+fn text(text: &str) -> AttributeValue {
+    AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()))
+}
+
+/// A vector as text, which loses no digit.
+fn vector(v: DVec3) -> AttributeValue {
+    text(&format!("{} {} {}", v.x, v.y, v.z))
+}
+
+/// Attributes of a file's own and those of the run that it comes from.
+fn with_provenance<'a>(own: impl IntoIterator<Item = (&'a str, AttributeValue)>, run: &Run) -> LayerAttributes {
+    let count = |count: u64| AttributeValue::F64(count as f64); // exact up to 2⁵³; a 32-bit integer isn't
+    let whole = |number: usize| AttributeValue::I32(i32::try_from(number).unwrap_or(i32::MAX));
+    let software = concat!("luxmap ", env!("CARGO_PKG_VERSION"));
+    let of_run = [
+        ("unit", text("lx")),
+        ("scene", text(&run.scene)),
+        ("sceneHash", text(&run.scene_hash)),
         ("method", text(&run.method)),
         ("tree", text(&run.tree)),
         ("photons", count(run.photons_emitted)),
@@ -167,7 +220,7 @@ fn attributes(map: &IlluminanceMap, run: &Run) -> LayerAttributes {
     ];
     LayerAttributes {
         software_name: Some(software.into()),
-        other: other.into_iter().map(|(name, value)| (name.into(), value)).collect(),
+        other: own.into_iter().chain(of_run).map(|(name, value)| (name.into(), value)).collect(),
         ..LayerAttributes::default()
     }
 }

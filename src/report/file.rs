@@ -12,8 +12,8 @@ use crate::error::Error;
 pub(crate) type Writer = BufWriter<File>;
 
 /// Names that belong to other results, and those Windows keeps for devices.
-const RESERVED: [&str; 10] =
-    ["sensors", "summary", "report", "con", "prn", "aux", "nul", "convergence", "trees", "paper"];
+const RESERVED: [&str; 11] =
+    ["sensors", "groups", "summary", "report", "con", "prn", "aux", "nul", "convergence", "trees", "paper"];
 
 /// Longest file name without its ending, characters.
 const LONGEST: usize = 60;
@@ -21,8 +21,15 @@ const LONGEST: usize = 60;
 /// File names (without ending) for things named by a user: letters, digits, `-`, `_`, `.` and spaces stay, anything else
 /// becomes `_`. No name leaves the folder, is hidden, or equals another in any case of letters; a second one gets `-2`.
 pub fn stems(names: &[&str]) -> Vec<String> {
+    stems_with_cameras(names, &[]).0
+}
+
+/// The same for planes and for cameras, which also write a file `<stem>-lux`.
+pub fn stems_with_cameras(planes: &[&str], cameras: &[&str]) -> (Vec<String>, Vec<String>) {
     let mut taken: HashSet<String> = RESERVED.iter().map(|&name| name.into()).collect();
-    names.iter().map(|name| first_free(&safe(name), &mut taken)).collect()
+    let planes = planes.iter().map(|name| first_free(&safe(name), &[""], &mut taken)).collect();
+    let cameras = cameras.iter().map(|name| first_free(&safe(name), &["", "-lux"], &mut taken)).collect();
+    (planes, cameras)
 }
 
 /// A name made of harmless characters.
@@ -33,13 +40,17 @@ fn safe(name: &str) -> String {
     if name.is_empty() { "plane".into() } else { name.into() }
 }
 
-/// `stem`, or `stem-2`, `stem-3` … where that is taken.
-fn first_free(stem: &str, taken: &mut HashSet<String>) -> String {
+/// `stem`, or `stem-2`, `stem-3` … where that with one of the `endings` is taken.
+pub(super) fn first_free(stem: &str, endings: &[&str], taken: &mut HashSet<String>) -> String {
     let numbered = (2..).map(|number: u32| format!("{stem}-{number}"));
-    std::iter::once(stem.to_owned())
+    let files =
+        |name: &str| -> Vec<String> { endings.iter().map(|ending| format!("{name}{ending}").to_lowercase()).collect() };
+    let free = std::iter::once(stem.to_owned())
         .chain(numbered)
-        .find(|name| taken.insert(name.to_lowercase()))
-        .expect("there is no end of numbers")
+        .find(|name| files(name).iter().all(|file| !taken.contains(file)))
+        .expect("there is no end of numbers");
+    taken.extend(files(&free));
+    free
 }
 
 /// Writes a file under a temporary name beside `path` and renames it; on an error neither remains.
@@ -121,5 +132,8 @@ mod tests {
             "x_y",
         ];
         assert_eq!(stems, expected);
+        let (planes, cameras) = stems_with_cameras(&["floor", "view-lux"], &["View", "Floor", "view-2-lux"]);
+        assert_eq!(planes, ["floor", "view-lux"]);
+        assert_eq!(cameras, ["View-2", "Floor-2", "view-2-lux-2"]);
     }
 }

@@ -6,25 +6,35 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::table::method;
-use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::table::{maintained, method};
+use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
 /// Looks of the page.
 const STYLE: &str = include_str!("report.css");
 
-/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order; a map beyond their number has none.
+/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped and in
+/// false colours; what is beyond their number has none.
 pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let run = &results.run;
     let title = escape(&run.scene);
     let planes: String =
         results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
+    let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
     let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", escape(&method(run))),
+        format!("<header>\n<h1>{title}</h1>\n<p>{}{}</p>\n</header>\n", escape(&method(run)), maintained(run)),
         warnings(&run.warnings),
         overview(results),
         planes,
+        results
+            .images
+            .iter()
+            .enumerate()
+            .map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[])))
+            .collect(),
+        surfaces(results),
         sensors(results),
+        groups(results),
         flux_balance(run),
         times(run),
         computation(run),
@@ -77,7 +87,98 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
         let alt = format!("Illuminance on {name} in false colours, with isolux lines");
         format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
     });
-    section(&format!("Plane “{name}”"), &format!("<div class=\"plane\">\n{image}{}</div>\n", figures(map)))
+    section(
+        &format!("Plane “{name}”"),
+        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)),
+    )
+}
+
+/// Areas of a plane that have figures of their own.
+fn areas(map: &IlluminanceMap) -> String {
+    if map.areas.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0, ud] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>", "U<sub>d</sub>"];
+    table(["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""], map.areas.iter().map(area))
+}
+
+/// An area's line.
+fn area(area: &AreaFigures) -> [String; 9] {
+    let found = &area.figures;
+    let known = |text: String| if found.cells > 0 { text } else { "–".into() };
+    [
+        escape(&area.title()),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(format!("{:.2}", found.diversity)),
+        found.cells.to_string(),
+        area.required_in_words(),
+        verdict(area.meets_required()),
+    ]
+}
+
+/// All measured surfaces in one table.
+fn surfaces(results: &Results) -> String {
+    if results.surfaces.is_empty() {
+        return String::new();
+    }
+    let [min, max, u0] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
+    let head = ["Surface", "Ē, lx", min, max, u0, "Standard error of a sample, lx", "Area, m²", "Flux, lm", "Samples"];
+    let note = "<p>Figures weigh each sample by its area. Values are in the surface’s CSV and PLY files.</p>\n";
+    section("Surfaces", &(table(head, results.surfaces.iter().map(surface)) + note))
+}
+
+/// A surface's line.
+fn surface(map: &SurfaceMap) -> [String; 9] {
+    let found = map.figures();
+    let known = |text: String| if found.samples > 0 { text } else { "–".into() };
+    [
+        escape(&map.name),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(short(found.mean_standard_error.0)),
+        known(short(found.area)),
+        known(short(found.flux.0)),
+        format!("{}, {} without a value", count(map.corners.len() as u64), found.samples_without_value),
+    ]
+}
+
+/// Whether something required is reached.
+fn verdict(met: Option<bool>) -> String {
+    match met {
+        Some(true) => "<span class=\"met\">✓ met</span>".into(),
+        Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
+        None => String::new(),
+    }
+}
+
+/// Pictures and figures of a camera.
+fn camera(image: &CameraImage, pictures: &[Vec<u8>]) -> String {
+    let name = escape(&image.name);
+    let kinds = ["Luminance, tone-mapped, seen by", "Illuminance in false colours, seen by"];
+    let figure = |(png, kind): (&Vec<u8>, &str)| {
+        let data = BASE64.encode(png);
+        format!("<figure><img src=\"data:image/png;base64,{data}\" alt=\"{kind} {name}\"></figure>\n")
+    };
+    let shown: String = pictures.iter().zip(kinds).map(figure).collect();
+    let [columns, rows] = image.pixels;
+    let [mean, highest] = image.luminances().map(short);
+    let eye = image.eye;
+    let facts = [
+        ("Mean E of what is seen", format!("{} lx", short(image.mean_illuminance()))),
+        ("Standard error of a pixel’s E, root mean square", format!("{} %", percent(image.claim))),
+        ("Luminance, mean", format!("{mean} cd/m²")),
+        ("Luminance, highest", format!("{highest} cd/m²")),
+        ("Eye", format!("({}, {}, {}) m", metres(eye.x), metres(eye.y), metres(eye.z))),
+        ("Field of view from bottom to top", format!("{}°", short(image.fov))),
+        ("Pixels", format!("{columns} × {rows}, {} rays each", image.samples)),
+    ];
+    let facts = definitions(facts.map(|(name, value)| (name.to_owned(), value)));
+    section(&format!("Camera “{name}”"), &format!("{shown}{facts}"))
 }
 
 /// Figures of a plane, one on each line.
@@ -125,17 +226,33 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     let at = sensor.position;
     [
-        escape(&sensor.name),
+        escape(&sensor.title()),
         format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)),
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
-        match sensor.meets_target() {
-            Some(true) => "<span class=\"met\">✓ met</span>".into(),
-            Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
-            None => String::new(),
-        },
+        verdict(sensor.meets_target()),
     ]
+}
+
+/// What each light group brings to the planes; nothing where groups are not told apart.
+fn groups(results: &Results) -> String {
+    let rows: Vec<[String; 4]> = results
+        .maps
+        .iter()
+        .flat_map(|map| {
+            let whole = statistics(map).mean.0;
+            results.run.groups.iter().zip(&map.groups).map(move |(name, group)| {
+                let mean = group.mean(&map.has_value);
+                let share = if whole > 0.0 { percent(mean / whole) } else { "–".into() };
+                [escape(name), escape(&map.name), short(mean), share]
+            })
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    section("Light groups", &table(["Group", "Plane", "Ē, lx", "% of the plane’s"], rows.into_iter()))
 }
 
 /// A coordinate to the millimetre.
@@ -170,7 +287,13 @@ fn computation(run: &Run) -> String {
         0 => "unknown".to_owned(),
         bytes => format!("{} MB", short(bytes as f64 / 1e6)),
     };
+    let factor = match run.maintenance_factor {
+        None => "none: illuminance of the new installation".to_owned(),
+        Some([least, most]) if least == most => least.to_string(),
+        Some([least, most]) => format!("{least} to {most}, by luminaire"),
+    };
     let facts = [
+        ("Maintenance factor", factor),
         ("Method", escape(&run.method)),
         ("Photons emitted", count(run.photons_emitted)),
         ("Photons stored", count(run.photons_stored)),

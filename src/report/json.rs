@@ -2,11 +2,19 @@
 //!
 //! `luxmap`, `scene`, `scene_sha256`, `method`, `tree`, `seed`, `passes`, `nearest`, `radius_m`, `photons_emitted`,
 //! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that weak
-//! luminaires may have brought), `threads`, `triangles`, `luminaires`, then
+//! luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest of the
+//! luminaires, null where the scene gives none: the installation is new), then
 //! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
-//!   where no cell has a value;
-//! - `sensors`: `name`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes;
+//!   where no cell has a value; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
+//!   told apart; `areas` where the scene asks for some: `name`, `kind`, figures as above, `required_mean_lx` and `required_u0`
+//!   (null where nothing is required), `required_met`;
+//! - `surfaces`: `name`, `spacing_m`, `samples_with_value`, `samples_without_value`, `area_m2`, `flux_lm` (Σ E A), and
+//!   figures weighed by area, null where no sample has a value;
+//! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
+//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
+//!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
+//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
+//!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
 //! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
 //!   `bvh_memory_bytes`;
@@ -14,7 +22,10 @@
 
 use serde::Serialize;
 
-use crate::report::{FluxBalance, IlluminanceMap, Results, Run, SensorReading, Statistics, statistics};
+use crate::report::{
+    AreaFigures, CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading,
+    Statistics, SurfaceMap, statistics,
+};
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
 /// digits; one that isn't finite is null.
@@ -44,8 +55,11 @@ struct Summary<'a> {
     threads: usize,
     triangles: usize,
     luminaires: usize,
+    maintenance_factor: Option<[f64; 2]>,
     planes: Vec<Plane<'a>>,
+    surfaces: Vec<Surface<'a>>,
     sensors: Vec<Sensor<'a>>,
+    cameras: Vec<Camera<'a>>,
     flux: Flux,
     stages: Vec<Stage>,
     total_s: f64,
@@ -72,11 +86,56 @@ struct Plane<'a> {
     largest_standard_error_lx: Option<f64>,
     uniformity_u0: Option<f64>,
     diversity_ud: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    areas: Vec<Area<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<PlaneGroup<'a>>,
+}
+
+#[derive(Serialize)]
+struct PlaneGroup<'a> {
+    name: &'a str,
+    mean_lx: Option<f64>,
+    share: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Area<'a> {
+    name: &'a str,
+    kind: &'static str,
+    cells_with_value: usize,
+    cells_without_value: usize,
+    mean_lx: Option<f64>,
+    min_lx: Option<f64>,
+    max_lx: Option<f64>,
+    uniformity_u0: Option<f64>,
+    diversity_ud: Option<f64>,
+    required_mean_lx: Option<f64>,
+    required_u0: Option<f64>,
+    required_met: Option<bool>,
+}
+
+#[derive(Serialize)]
+struct Surface<'a> {
+    name: &'a str,
+    spacing_m: f64,
+    samples_with_value: usize,
+    samples_without_value: usize,
+    area_m2: f64,
+    flux_lm: f64,
+    mean_lx: Option<f64>,
+    min_lx: Option<f64>,
+    max_lx: Option<f64>,
+    mean_standard_error_lx: Option<f64>,
+    largest_standard_error_lx: Option<f64>,
+    uniformity_u0: Option<f64>,
+    diversity_ud: Option<f64>,
 }
 
 #[derive(Serialize)]
 struct Sensor<'a> {
     name: &'a str,
+    measure: &'static str,
     position_m: [f64; 3],
     normal: [f64; 3],
     illuminance_lx: Option<f64>,
@@ -85,6 +144,30 @@ struct Sensor<'a> {
     target_met: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rgb_lx: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<SensorGroup<'a>>,
+}
+
+#[derive(Serialize)]
+struct SensorGroup<'a> {
+    name: &'a str,
+    illuminance_lx: Option<f64>,
+    standard_error_lx: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Camera<'a> {
+    name: &'a str,
+    eye_m: [f64; 3],
+    forward: [f64; 3],
+    up: [f64; 3],
+    fov_degrees: f64,
+    pixels: [usize; 2],
+    rays_per_pixel: u64,
+    mean_lx: f64,
+    relative_standard_error: f64,
+    mean_luminance_cd_m2: f64,
+    max_luminance_cd_m2: f64,
 }
 
 #[derive(Serialize)]
@@ -123,8 +206,11 @@ impl<'a> Summary<'a> {
             threads: run.threads,
             triangles: run.triangles,
             luminaires: run.luminaires,
-            planes: results.maps.iter().map(Plane::new).collect(),
-            sensors: results.sensors.iter().map(Sensor::new).collect(),
+            maintenance_factor: run.maintenance_factor,
+            planes: results.maps.iter().map(|map| Plane::new(map, &run.groups)).collect(),
+            surfaces: results.surfaces.iter().map(Surface::new).collect(),
+            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, &run.groups)).collect(),
+            cameras: results.images.iter().map(Camera::new).collect(),
             flux: Flux::new(&run.flux),
             stages: stages(run),
             total_s: run.total_seconds,
@@ -136,9 +222,14 @@ impl<'a> Summary<'a> {
 }
 
 impl<'a> Plane<'a> {
-    fn new(map: &'a IlluminanceMap) -> Self {
+    fn new(map: &'a IlluminanceMap, groups: &'a [String]) -> Self {
         let found = statistics(map);
         let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
+        let group = |(group, name): (&GroupMap, &'a String)| {
+            let mean = group.mean(&map.has_value);
+            let share = (found.mean.0 > 0.0).then(|| mean / found.mean.0);
+            PlaneGroup { name, mean_lx: (found.cells > 0).then_some(mean), share }
+        };
         Self {
             name: &map.name,
             corner_m: map.corner.to_array(),
@@ -156,14 +247,65 @@ impl<'a> Plane<'a> {
             largest_standard_error_lx: known(|s| s.largest_standard_error.0),
             uniformity_u0: known(|s| s.uniformity),
             diversity_ud: known(|s| s.diversity),
+            groups: map.groups.iter().zip(groups).map(group).collect(),
+            areas: map.areas.iter().map(Area::new).collect(),
+        }
+    }
+}
+
+impl<'a> Area<'a> {
+    fn new(area: &'a AreaFigures) -> Self {
+        let found = &area.figures;
+        let known = |figure: f64| (found.cells > 0).then_some(figure);
+        Self {
+            name: &area.name,
+            kind: area.kind.name(),
+            cells_with_value: found.cells,
+            cells_without_value: found.cells_without_value,
+            mean_lx: known(found.mean.0),
+            min_lx: known(found.min.0),
+            max_lx: known(found.max.0),
+            uniformity_u0: known(found.uniformity),
+            diversity_ud: known(found.diversity),
+            required_mean_lx: area.required.mean,
+            required_u0: area.required.uniformity,
+            required_met: area.meets_required(),
+        }
+    }
+}
+
+impl<'a> Surface<'a> {
+    fn new(map: &'a SurfaceMap) -> Self {
+        let found = map.figures();
+        let known = |figure: f64| (found.samples > 0).then_some(figure);
+        Self {
+            name: &map.name,
+            spacing_m: map.spacing,
+            samples_with_value: found.samples,
+            samples_without_value: found.samples_without_value,
+            area_m2: found.area,
+            flux_lm: found.flux.0,
+            mean_lx: known(found.mean.0),
+            min_lx: known(found.min.0),
+            max_lx: known(found.max.0),
+            mean_standard_error_lx: known(found.mean_standard_error.0),
+            largest_standard_error_lx: known(found.largest_standard_error.0),
+            uniformity_u0: known(found.uniformity),
+            diversity_ud: known(found.diversity),
         }
     }
 }
 
 impl<'a> Sensor<'a> {
-    fn new(sensor: &'a SensorReading) -> Self {
+    fn new(sensor: &'a SensorReading, groups: &'a [String]) -> Self {
+        let group = |(group, name): (&GroupReading, &'a String)| SensorGroup {
+            name,
+            illuminance_lx: sensor.has_value.then_some(group.illuminance),
+            standard_error_lx: sensor.has_value.then_some(group.standard_error),
+        };
         Self {
             name: &sensor.name,
+            measure: sensor.measure.name(),
             position_m: sensor.position.to_array(),
             normal: sensor.normal.to_array(),
             illuminance_lx: sensor.has_value.then_some(sensor.illuminance),
@@ -171,6 +313,26 @@ impl<'a> Sensor<'a> {
             target_lx: sensor.target,
             target_met: sensor.meets_target(),
             rgb_lx: sensor.rgb.filter(|_| sensor.has_value),
+            groups: sensor.groups.iter().zip(groups).map(group).collect(),
+        }
+    }
+}
+
+impl<'a> Camera<'a> {
+    fn new(image: &'a CameraImage) -> Self {
+        let [mean_luminance, max_luminance] = image.luminances();
+        Self {
+            name: &image.name,
+            eye_m: image.eye.to_array(),
+            forward: image.forward.to_array(),
+            up: image.up.to_array(),
+            fov_degrees: image.fov,
+            pixels: image.pixels,
+            rays_per_pixel: image.samples,
+            mean_lx: image.mean_illuminance(),
+            relative_standard_error: image.claim,
+            mean_luminance_cd_m2: mean_luminance,
+            max_luminance_cd_m2: max_luminance,
         }
     }
 }

@@ -4,17 +4,21 @@
 //! Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program (EXR, CSV,
 //! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
 
+pub mod areas;
 pub mod convergence;
 pub mod csv;
 pub mod exr;
 mod file;
 pub mod html;
+pub mod image;
 pub mod json;
+pub mod luminaire;
 mod npy;
 pub(crate) mod number;
 mod plot;
 pub mod png;
 pub mod statistics;
+pub mod surface;
 pub mod table;
 pub mod trees;
 
@@ -25,10 +29,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::scene::Measure;
 use crate::units::Lumens;
+pub use areas::AreaFigures;
 pub use exr::ExtraLayers;
-pub use file::stems;
+pub use file::{stems, stems_with_cameras};
+pub use image::{CameraImage, Layer};
 pub use statistics::{Statistics, statistics};
+pub use surface::SurfaceMap;
 
 /// Everything a run found, ready to be written.
 #[derive(Clone, Debug)]
@@ -39,6 +47,10 @@ pub struct Results {
     pub maps: Vec<IlluminanceMap>,
     /// One reading for each sensor.
     pub sensors: Vec<SensorReading>,
+    /// One image for each camera.
+    pub images: Vec<CameraImage>,
+    /// One map for each measured surface.
+    pub surfaces: Vec<SurfaceMap>,
 }
 
 /// Illuminance over one measuring plane. Cells are row by row from `corner`; world coordinates.
@@ -66,6 +78,29 @@ pub struct IlluminanceMap {
     pub has_value: Vec<bool>,
     /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// Figures of parts of the plane, where the scene asks for some.
+    pub areas: Vec<AreaFigures>,
+    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up to
+    /// E, and a part may read a little below 0.
+    pub groups: Vec<GroupMap>,
+}
+
+/// The part of one light group in a map.
+#[derive(Clone, Debug, Default)]
+pub struct GroupMap {
+    /// E of each cell, lx; 0 where there is no value.
+    pub illuminance: Vec<f32>,
+    /// E of each channel, lx; only in coloured scenes.
+    pub rgb: Option<Vec<[f32; 3]>>,
+}
+
+/// The part of one light group in what a sensor reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroupReading {
+    /// E, lx.
+    pub illuminance: f64,
+    /// Standard error (1 σ), lx; those of several groups are not independent, as they share photons and rays.
+    pub standard_error: f64,
 }
 
 /// What a sensor reads.
@@ -75,8 +110,10 @@ pub struct SensorReading {
     pub name: String,
     /// World position, m.
     pub position: DVec3,
-    /// Unit normal of the measured side.
+    /// Unit normal of the measured side; the axis of a measured body.
     pub normal: DVec3,
+    /// What E is the mean over.
+    pub measure: Measure,
     /// E, lx.
     pub illuminance: f64,
     /// E of each channel, lx; only in coloured scenes.
@@ -87,6 +124,8 @@ pub struct SensorReading {
     pub target: Option<f64>,
     /// False where no light can arrive.
     pub has_value: bool,
+    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart.
+    pub groups: Vec<GroupReading>,
 }
 
 /// How a result came about.
@@ -134,6 +173,10 @@ pub struct Run {
     pub triangles: usize,
     /// Number of luminaires.
     pub luminaires: usize,
+    /// Names of the light groups, where they are told apart.
+    pub groups: Vec<String>,
+    /// Smallest and largest maintenance factor in the luminaires' flux; `None` where the scene gives none.
+    pub maintenance_factor: Option<[f64; 2]>,
     /// What the user ought to know.
     pub warnings: Vec<String>,
 }
@@ -162,33 +205,52 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
-/// plane, `sensors.csv` where the scene has sensors, `summary.json` and `report.html`.
+/// plane, `<surface>.ply` and `.csv` for each measured surface, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png` (false
+/// colours) for each camera, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart,
+/// `summary.json` and `report.html`.
 ///
 /// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
-/// paths in the order they were written. Planes get their file names from [`stems`].
+/// paths in the order they were written. Planes, surfaces and cameras get their file names from [`stems_with_cameras`].
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.
 pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
     prepare(folder)?;
-    let names: Vec<_> = results.maps.iter().map(|map| map.name.as_str()).collect();
-    let stems = stems(&names);
+    let planes = results.maps.iter().map(|map| map.name.as_str());
+    let names: Vec<_> = planes.chain(results.surfaces.iter().map(|map| map.name.as_str())).collect();
+    let views: Vec<_> = results.images.iter().map(|image| image.name.as_str()).collect();
+    let (stems, view_stems) = stems_with_cameras(&names, &views);
     let of_planes: Vec<(Vec<PathBuf>, Vec<u8>)> = results
         .maps
         .par_iter()
         .zip(&stems)
         .map(|(map, stem)| write_plane(map, &results.run, layers, &folder.join(stem)))
         .collect::<Result<_, Error>>()?;
-    let (written, pictures): (Vec<_>, Vec<_>) = of_planes.into_iter().unzip();
-    let mut written = written.concat();
+    let of_cameras: Vec<(Vec<PathBuf>, [Vec<u8>; 2])> = results
+        .images
+        .par_iter()
+        .zip(&view_stems)
+        .map(|(image, stem)| write_view(image, &results.run, &folder.join(stem)))
+        .collect::<Result<_, Error>>()?;
+    let (written, mut pictures): (Vec<_>, Vec<_>) = of_planes.into_iter().unzip();
+    let (of_cameras, views): (Vec<_>, Vec<_>) = of_cameras.into_iter().unzip();
+    pictures.extend(views.into_iter().flatten());
+    let mut written = [written, of_cameras].concat().concat();
     let mut save = |name: &str, content: &mut dyn FnMut(&mut file::Writer) -> std::io::Result<()>| {
         let path = folder.join(name);
         file::write_whole(&path, content)?;
         written.push(path);
         Ok::<(), Error>(())
     };
+    for (map, stem) in results.surfaces.iter().zip(&stems[results.maps.len()..]) {
+        save(&format!("{stem}.ply"), &mut |out| surface::write_ply(map, out))?;
+        save(&format!("{stem}.csv"), &mut |out| surface::write_csv(map, out))?;
+    }
     if !results.sensors.is_empty() {
         save("sensors.csv", &mut |out| csv::write_sensors(&results.sensors, out))?;
+    }
+    if !results.sensors.is_empty() && !results.run.groups.is_empty() {
+        save("groups.csv", &mut |out| csv::write_groups(&results.sensors, &results.run.groups, out))?;
     }
     save("summary.json", &mut |out| out.write_all(json::summary(results).as_bytes()))?;
     save("report.html", &mut |out| out.write_all(html::report(results, &pictures).as_bytes()))?;
@@ -202,12 +264,7 @@ fn write_plane(
     layers: &ExtraLayers,
     stem: &Path,
 ) -> Result<(Vec<PathBuf>, Vec<u8>), Error> {
-    let named = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
-    let files = [named(".exr"), named(".png"), named(".csv")];
+    let files = [".exr", ".png", ".csv"].map(|ending| with_ending(stem, ending));
     let mut picture = Vec::new();
     file::write_whole(&files[0], &mut |out| exr::write(map, run, layers, out))?;
     file::write_whole(&files[1], &mut |out| {
@@ -216,6 +273,29 @@ fn write_plane(
     })?;
     file::write_whole(&files[2], &mut |out| csv::write_plane(map, out))?;
     Ok((files.into(), picture))
+}
+
+/// Writes `<stem>.exr`, `.png` and `-lux.png` of one camera; returns their paths and the two pictures.
+fn write_view(image: &CameraImage, run: &Run, stem: &Path) -> Result<(Vec<PathBuf>, [Vec<u8>; 2]), Error> {
+    let files = [".exr", ".png", "-lux.png"].map(|ending| with_ending(stem, ending));
+    file::write_whole(&files[0], &mut |out| exr::write_view(image, run, out))?;
+    let mut pictures = [Vec::new(), Vec::new()];
+    file::write_whole(&files[1], &mut |out| {
+        pictures[0] = png::tone_mapped(image)?;
+        out.write_all(&pictures[0])
+    })?;
+    file::write_whole(&files[2], &mut |out| {
+        pictures[1] = png::false_colour(image, run)?;
+        out.write_all(&pictures[1])
+    })?;
+    Ok((files.into(), pictures))
+}
+
+/// The path `stem` with an ending added, dots in it or not.
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
 }
 
 impl IlluminanceMap {
@@ -244,6 +324,7 @@ impl IlluminanceMap {
             || lengths.iter().flatten().any(|values| values.len() != cells)
             || self.rgb.as_ref().is_some_and(|values| values.len() != cells)
             || self.has_value.len() != cells
+            || self.groups.iter().any(|group| !group.is_of(cells))
         {
             return Err(invalid(format!("the map of {} × {} cells is incomplete", self.cells[0], self.cells[1])));
         }
@@ -254,8 +335,9 @@ impl IlluminanceMap {
     fn check_cell(&self, cell: usize) -> std::io::Result<()> {
         let rgb = self.rgb.iter().flat_map(|rgb| rgb[cell]).map(|e| ("E of a channel", e));
         let direct = self.direct.iter().map(|direct| ("direct E", direct[cell]));
+        let groups = self.groups.iter().map(|group| ("E of a light group", f64::from(group.illuminance[cell])));
         let both = [("E", self.illuminance[cell]), ("standard error", self.standard_error[cell])];
-        match both.into_iter().chain(rgb).chain(direct).find(|(_, value)| !(*value as f32).is_finite()) {
+        match both.into_iter().chain(rgb).chain(direct).chain(groups).find(|(_, value)| !(*value as f32).is_finite()) {
             None => Ok(()),
             Some((quantity, value)) => Err(invalid(format!(
                 "{quantity} of cell {}, row {} of \"{}\" is {value} lx, expected a finite number",
@@ -267,10 +349,41 @@ impl IlluminanceMap {
     }
 }
 
+impl GroupMap {
+    /// Whether it has so many cells.
+    fn is_of(&self, cells: usize) -> bool {
+        self.illuminance.len() == cells && self.rgb.as_ref().is_none_or(|rgb| rgb.len() == cells)
+    }
+
+    /// Mean E of the cells that have a value, lx; 0 where none has.
+    pub fn mean(&self, has_value: &[bool]) -> f64 {
+        let values = self.illuminance.iter().zip(has_value).filter(|(_, has_value)| **has_value);
+        let (sum, count) = values.fold((0.0, 0), |(sum, count), (lux, _)| (sum + f64::from(*lux), count + 1));
+        sum / f64::from(count.max(1))
+    }
+}
+
+impl Results {
+    /// Whether a sensor misses its target, or an area what is required of it.
+    pub fn misses_target(&self) -> bool {
+        let areas = self.maps.iter().flat_map(|map| &map.areas);
+        self.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
+            || areas.into_iter().any(|area| area.meets_required() == Some(false))
+    }
+}
+
 impl SensorReading {
     /// Whether E reaches the target; `None` without a target. A sensor where no light can arrive misses it.
     pub fn meets_target(&self) -> Option<bool> {
         self.target.map(|target| self.has_value && self.illuminance >= target)
+    }
+
+    /// Its name, with what it measures if that isn't a flat cell.
+    pub(crate) fn title(&self) -> String {
+        match self.measure {
+            Measure::Plane => self.name.clone(),
+            measure => format!("{}, {}", self.name, measure.name()),
+        }
     }
 }
 

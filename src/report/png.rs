@@ -9,7 +9,9 @@
 mod canvas;
 mod grid;
 mod labels;
+pub(super) mod polar;
 mod scale;
+mod view;
 
 use std::io;
 
@@ -23,6 +25,7 @@ use canvas::{BOLD, Canvas, Ink, NORMAL, SMALL, TITLE};
 use grid::{Grid, Isolux};
 use labels::Line;
 use scale::Scale;
+pub use view::{false_colour, tone_mapped};
 
 /// Longer side of the map, pixels.
 const LONG_SIDE: f64 = 1000.0;

@@ -44,14 +44,23 @@ impl Statistics {
 ///
 /// Cost: O(n), with one copy of the values for the median.
 pub fn statistics(map: &IlluminanceMap) -> Statistics {
+    of_cells(map, |_| true)
+}
+
+/// The same of the cells that `belongs` picks.
+pub(crate) fn of_cells(map: &IlluminanceMap, belongs: impl Fn(usize) -> bool) -> Statistics {
+    let mut cells = 0;
     let (mut values, errors): (Vec<f64>, Vec<f64>) = map
         .values()
         .zip(&map.standard_error)
-        .filter_map(|(value, &error)| {
+        .enumerate()
+        .filter(|(cell, _)| belongs(*cell))
+        .filter_map(|(_, (value, &error))| {
+            cells += 1;
             Some((value.filter(|e| e.is_finite())?, if error.is_finite() { error } else { 0.0 }))
         })
         .unzip();
-    let cells_without_value = map.illuminance.len() - values.len();
+    let cells_without_value = cells - values.len();
     if values.is_empty() {
         return Statistics { cells_without_value, ..Statistics::default() };
     }

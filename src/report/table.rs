@@ -1,22 +1,37 @@
 //! The summary for a person at a terminal.
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::{IlluminanceMap, Results, Run, SensorReading, statistics};
+use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
 /// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times.
 pub fn table(results: &Results) -> String {
     let run = &results.run;
-    let mut lines = vec![format!("{}: {}", run.scene, method(run))];
+    let mut lines = vec![format!("{}: {}{}", run.scene, method(run), maintained(run))];
     if !results.maps.is_empty() {
         lines.push(String::new());
         let head = ["plane", "Ē, lx", "E_min, lx", "E_max, lx", "U₀", "U_d", "mean σ, lx", "mean σ, %", "cells"];
         lines.extend(columns(head, results.maps.iter().map(plane)));
     }
+    if results.maps.iter().any(|map| !map.areas.is_empty()) {
+        lines.push(String::new());
+        let head = ["area", "Ē, lx", "E_min, lx", "E_max, lx", "U₀", "U_d", "cells", "required", ""];
+        lines.extend(columns(head, results.maps.iter().flat_map(|map| &map.areas).map(area)));
+    }
+    if !results.surfaces.is_empty() {
+        lines.push(String::new());
+        let head = ["surface", "Ē, lx", "E_min, lx", "E_max, lx", "U₀", "U_d", "mean σ, lx", "area, m²", "samples"];
+        lines.extend(columns(head, results.surfaces.iter().map(surface)));
+    }
     if !results.sensors.is_empty() {
         lines.push(String::new());
         let head = ["sensor", "E, lx", "σ, lx", "target, lx", ""];
         lines.extend(columns(head, results.sensors.iter().map(sensor)));
+    }
+    if !results.images.is_empty() {
+        lines.push(String::new());
+        let head = ["camera", "Ē seen, lx", "σ of a pixel, %", "L̄, cd/m²", "L_max, cd/m²", "rays a pixel", "pixels"];
+        lines.extend(columns(head, results.images.iter().map(camera)));
     }
     lines.push(String::new());
     if run.photons_emitted > 0 {
@@ -24,6 +39,15 @@ pub fn table(results: &Results) -> String {
     }
     lines.push(format!("time  {}", times(run)));
     lines.join("\n") + "\n"
+}
+
+/// `, maintained illuminance (factor 0.8)`, where the scene gives a maintenance factor.
+pub(crate) fn maintained(run: &Run) -> String {
+    match run.maintenance_factor {
+        None => String::new(),
+        Some([least, most]) if least == most => format!(", maintained illuminance (factor {least})"),
+        Some([least, most]) => format!(", maintained illuminance (factors {least} to {most})"),
+    }
 }
 
 /// How it was computed, in one line, as `split, 1 200 000 photons in 12 passes, k = 100`.
@@ -89,15 +113,63 @@ fn plane(map: &IlluminanceMap) -> [String; 9] {
     ]
 }
 
+/// An area's line.
+fn area(area: &AreaFigures) -> [String; 9] {
+    let found = &area.figures;
+    let known = |text: String| if found.cells > 0 { text } else { "–".into() };
+    [
+        area.title(),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(format!("{:.2}", found.diversity)),
+        found.cells.to_string(),
+        area.required_in_words(),
+        area.meets_required().map_or("", |met| if met { "met" } else { "missed" }).into(),
+    ]
+}
+
+/// A surface's line.
+fn surface(map: &SurfaceMap) -> [String; 9] {
+    let found = map.figures();
+    let known = |text: String| if found.samples > 0 { text } else { "–".into() };
+    [
+        map.name.clone(),
+        known(short(found.mean.0)),
+        known(short(found.min.0)),
+        known(short(found.max.0)),
+        known(format!("{:.2}", found.uniformity)),
+        known(format!("{:.2}", found.diversity)),
+        known(short(found.mean_standard_error.0)),
+        known(short(found.area)),
+        map.corners.len().to_string(),
+    ]
+}
+
 /// A sensor's line.
 fn sensor(sensor: &SensorReading) -> [String; 5] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     [
-        sensor.name.clone(),
+        sensor.title(),
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
         sensor.meets_target().map_or("", |met| if met { "met" } else { "missed" }).into(),
+    ]
+}
+
+/// A camera's line.
+fn camera(image: &CameraImage) -> [String; 7] {
+    let [mean, highest] = image.luminances().map(short);
+    [
+        image.name.clone(),
+        short(image.mean_illuminance()),
+        percent(image.claim),
+        mean,
+        highest,
+        image.samples.to_string(),
+        format!("{} × {}", image.pixels[0], image.pixels[1]),
     ]
 }
 

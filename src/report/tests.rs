@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
+use crate::scene::Measure;
 use crate::units::Lux;
 use crate::units::luminance;
 use glam::dvec3;
@@ -24,6 +25,8 @@ fn map(name: &str, cells: [usize; 2], value: impl Fn(usize, usize) -> f64) -> Il
         standard_error: values.iter().map(|e| 0.01 * known(e)).collect(),
         has_value: values.iter().map(|e| !e.is_nan()).collect(),
         outlines: vec![vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]]],
+        groups: Vec::new(),
+        areas: vec![],
     }
 }
 
@@ -52,11 +55,13 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         name: "desk, left".into(),
         position: dvec3(1.0e6 + 0.1, 0.2, 0.75),
         normal: DVec3::Z,
+        measure: Measure::Plane,
         illuminance: 499.9,
         rgb: None,
         standard_error: 1.25,
         target,
         has_value,
+        groups: Vec::new(),
     }
 }
 
@@ -186,7 +191,7 @@ fn a_value_that_is_not_finite_is_refused_by_name_and_leaves_nothing() {
         let folder = Folder::new();
         let mut map = map("floor", [3, 2], |_, _| 1.0);
         map.illuminance[4] = bad;
-        let results = Results { run: run(), maps: vec![map], sensors: vec![] };
+        let results = Results { run: run(), maps: vec![map], sensors: vec![], surfaces: vec![], images: vec![] };
         let message = write(&results, &folder.0, &ExtraLayers::default()).unwrap_err().to_string();
         assert!(message.contains("E of cell 1, row 1 of \"floor\""), "{message}");
         assert!(folder.names().is_empty());
@@ -267,7 +272,13 @@ fn a_sensor_in_the_dark_misses_its_target() {
 #[test]
 fn the_summary_is_json_with_units_in_its_keys_and_null_for_nothing() {
     let maps = vec![map("floor", [2, 1], |x, _| [100.0, 300.0][x]), map("none", [1, 1], |_, _| f64::NAN)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true), sensor(None, false)] };
+    let results = Results {
+        run: run(),
+        maps,
+        sensors: vec![sensor(Some(500.0), true), sensor(None, false)],
+        surfaces: vec![],
+        images: vec![],
+    };
     let text = json::summary(&results);
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(summary["planes"][0]["mean_lx"], 200.0);
@@ -283,7 +294,8 @@ fn the_summary_is_json_with_units_in_its_keys_and_null_for_nothing() {
 #[test]
 fn the_table_aligns_and_balances() {
     let maps = vec![map("floor", [2, 1], |x, _| [100.0, 300.0][x]), map("dark room", [1, 1], |_, _| f64::NAN)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)] };
+    let results =
+        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], surfaces: vec![], images: vec![] };
     let text = table::table(&results);
     let head = "plane      Ē, lx  E_min, lx  E_max, lx    U₀   U_d  mean σ, lx  mean σ, %  cells";
     let floor = "floor        200        100        300  0.50  0.33           2          1  2 × 1";
@@ -296,7 +308,8 @@ fn the_table_aligns_and_balances() {
 #[test]
 fn the_page_needs_nothing_else_and_shows_names_as_they_are() {
     let maps = vec![map("<script>alert(1)</script>", [3, 3], |x, _| x as f64)];
-    let results = Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)] };
+    let results =
+        Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], surfaces: vec![], images: vec![] };
     let page = html::report(&results, &[b"png".to_vec()]);
     assert!(!page.contains("<script") && page.contains("&lt;script&gt;"));
     assert!(!page.contains("http:") && !page.contains("https:"));
@@ -309,7 +322,7 @@ fn everything_is_written_under_safe_names_and_nothing_else() {
     let folder = Folder::new();
     let inner = folder.0.join("made/on the way");
     let maps = ["../x", "x", "sensors"].map(|name| map(name, [3, 3], |x, y| (x + y) as f64)).to_vec();
-    let results = Results { run: run(), maps, sensors: vec![sensor(None, true)] };
+    let results = Results { run: run(), maps, sensors: vec![sensor(None, true)], surfaces: vec![], images: vec![] };
     let written = write(&results, &inner, &ExtraLayers::default()).unwrap();
     assert_eq!(write(&results, &inner, &ExtraLayers::default()).unwrap(), written, "again, over the old files");
     let mut names: Vec<_> = written.iter().map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect();
@@ -324,7 +337,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     let folder = Folder::new();
     let file = folder.0.join("file");
     std::fs::write(&file, "").unwrap();
-    let results = Results { run: run(), maps: vec![], sensors: vec![] };
+    let results = Results { run: run(), maps: vec![], sensors: vec![], surfaces: vec![], images: vec![] };
     let error = write(&results, &file.join("out"), &ExtraLayers::default()).unwrap_err();
     assert!(matches!(error, Error::Write { path, .. } if path == file.join("out")));
 }
@@ -341,4 +354,119 @@ fn a_failed_write_leaves_the_old_file_and_no_other() {
     assert!(failure.unwrap_err().to_string().contains("the disc is full"));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
     assert_eq!(folder.names(), ["summary.json"]);
+}
+
+/// The image of a camera: `columns` × `rows` pixels, each value its pixel's number plus a layer's own; `channels` of light.
+fn view(channels: usize) -> CameraImage {
+    let [columns, rows] = [5, 3];
+    let layer = |channels: usize, first: f32| {
+        Layer((0..channels).map(|c| (0..15).map(|pixel| first + c as f32 * 100.0 + pixel as f32).collect()).collect())
+    };
+    CameraImage {
+        name: "view".into(),
+        eye: DVec3::new(0.3, 0.25, 1.6),
+        forward: DVec3::Y,
+        up: DVec3::Z,
+        fov: 60.0,
+        screen_width: 1.9,
+        pixels: [columns, rows],
+        samples: 32,
+        claim: 0.05,
+        illuminance: layer(channels, 1000.0),
+        direct: layer(channels, 600.0),
+        indirect: layer(channels, 400.0),
+        luminance: layer(channels, 50.0),
+        standard_error: vec![3.0; 15],
+        albedo: layer(channels, 0.0),
+        normal: layer(3, 0.0),
+        depth: vec![2.0; 15],
+        position: layer(3, 7.0),
+        position_origin: DVec3::new(2.6e6, 1.2e6, 0.0),
+        coverage: vec![1.0; 15],
+    }
+}
+
+/// Single part, first row on top, windows that begin at (0, 0), square pixels, primaries of Rec. 709, channels as
+/// `layer.channel`: what compositors ask for. Each channel keeps its bits.
+#[test]
+fn an_image_for_compositing_has_every_layer_and_says_how_it_was_taken() {
+    let light = |layer: &str, channels: usize| -> Vec<String> {
+        let names: &[&str] = if channels == 1 { &["Y"] } else { &["B", "G", "R"] };
+        let dot = if layer.is_empty() { "" } else { "." };
+        names.iter().map(|name| format!("{layer}{dot}{name}")).collect()
+    };
+    for channels in [1, 3] {
+        let (folder, image) = (Folder::new(), view(channels));
+        let path = folder.0.join("view.exr");
+        file::write_whole(&path, &mut |out| exr::write_view(&image, &run(), out)).unwrap();
+        let read = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        let found = &read.layer_data.channel_data.list;
+        let mut expected: Vec<String> = ["", "direct", "indirect", "luminance", "albedo"]
+            .iter()
+            .flat_map(|layer| light(layer, channels))
+            .chain(["A", "Z", "stderr.Y", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"].map(String::from))
+            .collect();
+        expected.sort();
+        assert_eq!(found.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(), expected);
+        let values = |name: &str| -> Vec<f32> {
+            let channel = found.iter().find(|channel| channel.name == *name).expect(name);
+            channel.sample_data.values_as_f32().collect()
+        };
+        assert_eq!(values("P.Z"), image.position.0[2]);
+        assert_eq!(values(&light("luminance", channels)[0]), *image.luminance.0.last().unwrap());
+        let attributes = &read.attributes;
+        assert_eq!(attributes.display_window.size, ::exr::prelude::Vec2(5, 3));
+        assert_eq!(attributes.display_window.position, ::exr::prelude::Vec2(0, 0));
+        assert_eq!(read.layer_data.attributes.layer_position, ::exr::prelude::Vec2(0, 0));
+        assert_eq!((attributes.pixel_aspect, read.layer_data.attributes.screen_window_width), (1.0, 1.9));
+        assert_eq!(attributes.chromaticities.unwrap().red, ::exr::prelude::Vec2(0.64, 0.33));
+        let origin = read.layer_data.attributes.other.iter().find(|(key, _)| **key == *"positionOrigin");
+        assert_eq!(origin.unwrap().1.to_text().unwrap(), "2600000 1200000 0");
+    }
+}
+
+#[test]
+fn an_image_with_a_value_that_is_not_finite_is_refused_by_layer_and_pixel() {
+    let mut image = view(1);
+    image.luminance.0[0][7] = f32::NAN;
+    let error = exr::write_view(&image, &run(), &mut std::io::Cursor::new(Vec::new())).unwrap_err();
+    assert_eq!(error.to_string(), "luminance of pixel 2, row 1 of \"view\" is NaN, expected a finite number");
+    image.luminance.0[0].pop();
+    assert!(png::tone_mapped(&image).unwrap_err().to_string().contains("incomplete"));
+}
+
+/// Reinhard's operator: the log-average luminance L̄ is shown at 0.18 (1 + 0.18/W²)/1.18 of white, the brightest at white,
+/// nothing at black; W = 0.18 · 1600/L̄.
+#[test]
+fn the_tone_mapped_picture_shows_middle_grey_and_white_where_reinhard_puts_them() {
+    let mut image = view(1);
+    image.luminance.0[0] = vec![100.0; 15];
+    (image.luminance.0[0][0], image.luminance.0[0][1], image.luminance.0[0][2]) = (0.0, 1600.0, 6.25);
+    let file = png::tone_mapped(&image).unwrap();
+    let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!([info.width, info.height], [5, 3]);
+    let white: f64 = 0.18 * 16.0;
+    let grey = 0.18 * (1.0 + 0.18 / (white * white)) / 1.18;
+    let code = (255.0 * (1.055 * grey.powf(1.0 / 2.4) - 0.055)).round() as u8;
+    assert_eq!((pixels[0], pixels[3], pixels[9]), (0, 255, code));
+}
+
+#[test]
+fn cameras_have_three_files_each_and_stand_in_every_summary() {
+    let folder = Folder::new();
+    let maps = vec![map("view-lux", [3, 3], |x, y| (x + y) as f64)];
+    let results = Results { run: run(), maps, sensors: vec![], surfaces: vec![], images: vec![view(3)] };
+    write(&results, &folder.0, &ExtraLayers::default()).unwrap();
+    let names = folder.names();
+    assert!(
+        ["view-2.exr", "view-2.png", "view-2-lux.png"].iter().all(|name| names.iter().any(|n| n == name)),
+        "{names:?}"
+    );
+    let summary: serde_json::Value = serde_json::from_str(&json::summary(&results)).unwrap();
+    assert_eq!(summary["cameras"][0]["rays_per_pixel"], 32);
+    assert_eq!(summary["cameras"][0]["pixels"][0], 5);
+    assert!(table::table(&results).contains("5 × 3"));
+    assert!(html::report(&results, &[vec![1], vec![2], vec![3]]).matches("<img").count() == 3);
 }

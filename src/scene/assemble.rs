@@ -3,27 +3,36 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::fields::{Placed, closest, listed, quoted};
-use super::file::{MaterialSection, MeshSection, SceneFile};
-use super::fixture::{self, Fixture};
+use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
+use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
+use super::texture;
 use super::{Material, MeasuringPlane, Scene};
 use crate::error::{Error, InputError, Location};
+use crate::luminaire::body::Solid;
+use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
+use crate::luminaire::web::Web;
 use crate::luminaire::{Distribution, Luminaire, Opening, colour};
 use crate::units::{self, Lumens};
 
 /// Largest files read, bytes.
 const LARGEST_SCENE: u64 = 64 << 20;
 const LARGEST_MTL: u64 = 64 << 20;
+const LARGEST_TEXTURE: u64 = 256 << 20;
+const LARGEST_PHOTOMETRY: u64 = 64 << 20;
 const LARGEST_OBJ: u64 = 16 << 30;
 
 impl Scene {
@@ -35,7 +44,7 @@ impl Scene {
 }
 
 fn load(path: &Path) -> Result<Scene, InputError> {
-    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new() };
+    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
     let bytes = reader
         .read(path, LARGEST_SCENE)
         .map_err(|why| InputError::new(Location::file(path), format!("no scene ({why})"), "a scene file in TOML"))?;
@@ -46,16 +55,18 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     })?;
     let file = SceneFile::parse(path, &text)?;
     let meshes = reader.meshes(path, &file)?;
-    let fixtures = fixture::spread(&file.luminaires)?;
+    let lamps = reader.lamps(path, &file)?;
+    let fixtures = fixture::spread(&file.luminaires, &lamps)?;
 
     let mesh_bounds = Bounds::around(meshes.iter().flat_map(|mesh| mesh.vertices.iter().copied()));
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
     let centre = bounds.centre();
 
-    let mut parts = Parts { centre, ..Default::default() };
+    let chosen = vec![Vec::new(); file.surfaces.len()];
+    let mut parts = Parts { centre, chosen, ..Default::default() };
     let mut emitters = Vec::new();
     for mesh in &meshes {
-        parts.add_mesh(mesh, &mut emitters, &mut reader.warnings);
+        parts.add_mesh(mesh, &file.surfaces, &mut emitters, &mut reader.warnings);
     }
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
     // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along the
@@ -65,11 +76,16 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
         let body = parts.add_body(&fixture);
-        if fixture.section.flux > 0.0 {
+        if fixture.lamp.flux > 0.0 {
             parts.luminaires.push(fixture.luminaire(body));
         }
     }
+    let fixtures_shine = parts.luminaires.len();
     parts.add_emitters(emitters);
+    for luminaire in &mut parts.luminaires[fixtures_shine..] {
+        luminaire.flux.0 *= file.maintenance.unwrap_or(1.0);
+    }
+    let maintenance_factor = maintenance(&file, &fixtures, parts.luminaires.len() > fixtures_shine);
     if parts.luminaires.is_empty() {
         let found = if file.luminaires.is_empty() { "nothing that shines" } else { "every luminaire dimmed to 0" };
         let expected = "a [[luminaire]], or a material with Ke in an MTL file";
@@ -80,6 +96,8 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         warn_of_outsiders(&bounds, &file, &fixtures, &mut warnings);
     }
 
+    let surfaces = file.surfaces.iter().zip(&parts.chosen);
+    let surfaces = surfaces.map(|(section, chosen)| section.measured(chosen, &parts.mesh)).collect::<Result<_, _>>()?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut scene = Scene {
         name: file.name.unwrap_or(stem),
@@ -91,25 +109,40 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         luminaires: parts.luminaires,
         planes: file.planes,
         sensors: file.sensors,
+        cameras: file.cameras,
+        surfaces,
+        maintenance_factor,
         render: file.render,
         warnings,
     };
     scene.planes.iter_mut().for_each(|plane| plane.corner -= centre);
     scene.sensors.iter_mut().for_each(|sensor| sensor.position -= centre);
+    scene.cameras.iter_mut().for_each(|camera| camera.eye -= centre);
     Ok(scene)
 }
 
-/// The box around all that stands or shines; around the measuring points too, where there is no mesh.
+/// Smallest and largest maintenance factor of what shines, if any is given.
+fn maintenance(file: &SceneFile, fixtures: &[Fixture], meshes_shine: bool) -> Option<[f64; 2]> {
+    let own = fixtures.iter().map(|fixture| fixture.section).filter(|section| section.dimming > 0.0);
+    let given = file.maintenance.is_some() || own.clone().any(|section| section.maintenance.is_some());
+    let common = file.maintenance.unwrap_or(1.0);
+    let all = own.map(|section| section.maintenance.unwrap_or(common)).chain(meshes_shine.then_some(common));
+    given.then(|| all.fold([f64::INFINITY, 0.0_f64], |[least, most], factor| [least.min(factor), most.max(factor)]))
+}
+
+/// The box around all that stands or shines; around the measuring points and cameras too, where there is no mesh.
 fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) -> Bounds {
     let shining = fixtures.iter().flat_map(Fixture::extremes);
     let bounds = match mesh {
         Some(mesh) => Bounds::around([mesh.least, mesh.most].into_iter().chain(shining)),
         None => {
             let planes = file.planes.iter().flat_map(plane_corners);
-            Bounds::around(shining.chain(planes).chain(file.sensors.iter().map(|sensor| sensor.position)))
+            let sensors = file.sensors.iter().map(|sensor| sensor.position);
+            let eyes = file.cameras.iter().map(|camera| camera.eye);
+            Bounds::around(shining.chain(planes).chain(sensors).chain(eyes))
         }
     };
-    bounds.expect("a scene has a plane or a sensor")
+    bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
 }
 
 fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
@@ -124,12 +157,15 @@ struct PlacedMesh {
     triangles: Vec<[u32; 3]>,
     material_of: Vec<u32>,
     surfaces: Vec<Surface>,
+    groups: Groups,
 }
 
 /// Reads files, and remembers what they were.
 struct Reader {
     hash: Sha256,
     warnings: Vec<String>,
+    /// Mean colour of each texture read, or why there is none.
+    textures: HashMap<PathBuf, Result<[f64; 3], String>>,
 }
 
 impl Reader {
@@ -159,7 +195,8 @@ impl Reader {
     /// Every mesh of the scene, in world coordinates.
     fn meshes(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<PlacedMesh>, InputError> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut known = BTreeSet::new();
+        let (mut known, mut groups) = (BTreeSet::new(), BTreeSet::new());
+        let asked = measured::groups_asked(&file.surfaces);
         let mut objs = Vec::new();
         for section in &file.meshes {
             let obj_path = folder.join(&section.file.value);
@@ -168,18 +205,61 @@ impl Reader {
                 let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
                 error.hint("its path starts from the scene file's folder")
             })?;
-            let obj = Obj::parse(&obj_path, &bytes, section.placement.metres_per_unit)?;
+            let obj = Obj::parse(&obj_path, &bytes, section.placement.metres_per_unit, &asked)?;
             let library = self.library(&obj_path, &obj.libraries)?;
             known.extend(obj.named.iter().cloned());
             known.extend(obj.materials.iter().map(|material| material.value.clone()));
             known.extend(library.materials.keys().cloned());
+            groups.extend(obj.groups.named.iter().cloned());
             objs.push((section, obj_path, obj, library));
         }
         check_names(&file.materials, &known)?;
+        measured::check_names(&file.surfaces, &known, &groups)?;
         let sections: HashMap<&str, &MaterialSection> = file.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         objs.into_iter()
             .map(|(section, path, obj, library)| self.place(section, path, obj, &library, &sections))
             .collect()
+    }
+
+    /// What each [[luminaire]] is, photometric files read once each.
+    fn lamps(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<Lamp>, InputError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut known: HashMap<PathBuf, (Arc<Web>, Shape)> = HashMap::new();
+        let mut lamp = |section: &LuminaireSection| {
+            let (spread, shape, flux) = match &section.spread {
+                Spread::Isotropic => (LampSpread::Isotropic, Shape::Point, 0.0),
+                Spread::Lambertian => (LampSpread::Lambertian, Shape::Point, 0.0),
+                Spread::File(named) => {
+                    let path = folder.join(&named.value);
+                    if !known.contains_key(&path) {
+                        known.insert(path.clone(), self.photometry(&path, named)?);
+                    }
+                    let (web, shape) = &known[&path];
+                    (LampSpread::Web(Arc::clone(web)), *shape, web.flux())
+                }
+            };
+            let maintained = section.maintenance.or(file.maintenance).unwrap_or(1.0);
+            let flux = section.flux.unwrap_or(flux) * section.dimming * maintained;
+            Ok(Lamp { shape: section.shape.unwrap_or(shape), spread, flux })
+        };
+        file.luminaires.iter().map(&mut lamp).collect()
+    }
+
+    /// Reads a photometric file that the scene names.
+    fn photometry(&mut self, path: &Path, named: &Placed<String>) -> Result<(Arc<Web>, Shape), InputError> {
+        let bytes = self.read(path, LARGEST_PHOTOMETRY).map_err(|why| {
+            let found = format!("photometry = {} ({why})", quoted(&named.value));
+            let expected = "a photometric file (.ies, .ldt), \"lambertian\" or \"isotropic\"";
+            InputError::new(named.at.clone(), found, expected).hint("its path starts from the scene file's folder")
+        })?;
+        let photometry = Photometry::parse(path, &bytes)?;
+        self.warnings.extend(photometry.notes.iter().map(|note| format!("{}: {note}", path.display())));
+        let shape = opening_of(&photometry.opening);
+        let source = format!("{} ({})", named.value, photometry.format.name());
+        let web = Web::new(photometry.intensity).ok_or_else(|| {
+            InputError::new(Location::file(path), "no luminous intensity above 0", "a luminaire that shines")
+        })?;
+        Ok((Arc::new(web.named(source)), shape))
     }
 
     /// The materials of all MTL files that an OBJ names.
@@ -208,6 +288,21 @@ impl Reader {
         Ok(library)
     }
 
+    /// Mean colour of a texture that an MTL file names.
+    fn texture(&mut self, file: &Placed<String>) -> Result<[f64; 3], String> {
+        let folder = file.at.file.parent().unwrap_or(Path::new(""));
+        // Some programs write a blank as "\\ ", Windows programs folders with backslashes.
+        let names = [file.value.clone(), file.value.replace("\\ ", " "), file.value.replace('\\', "/")];
+        let paths = names.map(|name| folder.join(name));
+        let path = paths.iter().find(|path| path.is_file()).unwrap_or(&paths[0]);
+        if let Some(known) = self.textures.get(path) {
+            return known.clone();
+        }
+        let colour = self.read(path, LARGEST_TEXTURE).and_then(|bytes| texture::mean_colour(&bytes));
+        self.textures.insert(path.clone(), colour.clone());
+        colour
+    }
+
     /// Sets a mesh up in the world and settles what its materials are.
     fn place(
         &mut self,
@@ -221,7 +316,16 @@ impl Reader {
         let mut unset = Vec::new();
         for name in &obj.materials {
             let section = sections.get(name.value.as_str()).copied();
-            match surface::resolve(&name.value, section, library.materials.get(&name.value), &mut self.warnings)? {
+            let mtl = library.materials.get(&name.value);
+            let texture = match (surface::texture(section, mtl), mtl) {
+                (Some(file), Some(mtl)) => {
+                    let colour = self.texture(file);
+                    let unread = |why: &String| self.warnings.push(surface::unread(&name.value, file, mtl, why));
+                    colour.inspect_err(unread).ok()
+                }
+                _ => None,
+            };
+            match surface::resolve(&name.value, section, mtl, texture, &mut self.warnings)? {
                 Some(surface) => surfaces.push(surface),
                 None => unset.push(name.clone()),
             }
@@ -231,7 +335,27 @@ impl Reader {
         }
         let transform = section.placement.transform();
         let vertices = obj.vertices.into_iter().map(transform).collect();
-        Ok(PlacedMesh { path, vertices, triangles: obj.triangles, material_of: obj.material_of, surfaces })
+        let Obj { triangles, material_of, groups, .. } = obj;
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
+    }
+}
+
+/// The luminous opening that a photometric file tells. A line becomes as wide as a thousandth of its length.
+fn opening_of(opening: &LuminousOpening) -> Shape {
+    let LuminousOpening { c0, c90, height, .. } = *opening;
+    let least = 1e-3 * c0.max(c90).max(height);
+    let [a, b, c] = [c0, c90, height].map(|size| size.max(least));
+    match opening.shape {
+        Form::Point => Shape::Point,
+        Form::Rectangle => Shape::Rectangle([a, b]),
+        Form::Ellipse if a == b => Shape::Disc { diameter: a },
+        Form::Ellipse => Shape::Ellipse([a, b]),
+        Form::UprightEllipse => Shape::Upright([b, c]),
+        Form::Box => Shape::Solid(Solid::Box, [a, b, c], 2),
+        Form::VerticalCylinder => Shape::Solid(Solid::Cylinder, [a, b, c], 2),
+        Form::CylinderAlongC0 => Shape::Solid(Solid::Cylinder, [a, b, c], 0),
+        Form::CylinderAlongC90 => Shape::Solid(Solid::Cylinder, [a, b, c], 1),
+        Form::Ellipsoid => Shape::Solid(Solid::Ellipsoid, [a, b, c], 2),
     }
 }
 
@@ -286,6 +410,8 @@ struct Parts {
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
+    /// Triangles of each measured surface.
+    chosen: Vec<Vec<u32>>,
 }
 
 /// Faces of one mesh that emit.
@@ -313,14 +439,24 @@ impl Parts {
         first
     }
 
-    fn add_mesh(&mut self, mesh: &PlacedMesh, emitters: &mut Vec<Emitter>, warnings: &mut Vec<String>) {
+    fn add_mesh(
+        &mut self,
+        mesh: &PlacedMesh,
+        measured: &[SurfaceSection],
+        emitters: &mut Vec<Emitter>,
+        warnings: &mut Vec<String>,
+    ) {
         let centre = self.centre;
         let first = self.add_vertices(mesh.vertices.iter().map(|&vertex| vertex - centre));
         let numbers: Vec<u32> =
             mesh.surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
         let mut shining: Vec<Option<Emitter>> = mesh.surfaces.iter().map(Emitter::of).collect();
+        let of_group = |section: &SurfaceSection| {
+            section.group.as_ref().map(|group| mesh.groups.ranges(&group.value, mesh.triangles.len()))
+        };
+        let groups: Vec<Option<Vec<Range<usize>>>> = measured.iter().map(of_group).collect();
         let mut flat = 0;
-        for (triangle, &material) in mesh.triangles.iter().zip(&mesh.material_of) {
+        for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.material_of).enumerate() {
             let triangle = triangle.map(|vertex| first + vertex);
             // Judge and emit from the rounded corners: they are what rays will meet.
             let corners = triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)));
@@ -330,6 +466,16 @@ impl Parts {
             }
             self.mesh.triangles.push(triangle);
             self.mesh.material_of.push(numbers[material as usize]);
+            for ((section, ranges), chosen) in measured.iter().zip(&groups).zip(&mut self.chosen) {
+                let name = &mesh.surfaces[material as usize].material.name;
+                let in_group = ranges.as_ref().is_none_or(|ranges| {
+                    let before = ranges.partition_point(|range| range.start <= index);
+                    before > 0 && ranges[before - 1].contains(&index)
+                });
+                if in_group && section.material.as_ref().is_none_or(|material| material.value == *name) {
+                    chosen.push(self.mesh.triangles.len() as u32 - 1);
+                }
+            }
             if let Some(emitter) = &mut shining[material as usize] {
                 emitter.triangles.push(corners);
                 emitter.numbers.push(self.mesh.triangles.len() as u32 - 1);

@@ -72,6 +72,17 @@ impl<'a> Fields<'a> {
         Ok(Self { source, section, at, table })
     }
 
+    /// A section within this one.
+    pub(crate) fn within(
+        &self,
+        section: &str,
+        at: Location,
+        table: &'a DeTable<'a>,
+        known: &[&str],
+    ) -> Result<Self, InputError> {
+        Self::new(self.source, section, at, table, known)
+    }
+
     fn get(&self, key: &str) -> Option<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)> {
         self.table.get_key_value(key)
     }
@@ -114,6 +125,15 @@ impl<'a> Fields<'a> {
         }
         let found = format!("{key} = {} in {}", quoted(&text.value), self.section);
         Err(InputError::new(text.at, found, format!("one of {}", listed(words.iter().copied()))))
+    }
+
+    /// True or false.
+    pub(crate) fn switch(&self, key: &str) -> Result<Option<Placed<bool>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::Boolean(on) => Ok(Some(self.placed(value, *on))),
+            _ => Err(self.refuse(key, value, "true or false")),
+        }
     }
 
     /// A finite number for which `accept` holds; `expected` says which those are.
@@ -190,11 +210,20 @@ impl<'a> Fields<'a> {
 
     /// One number for all channels or [r, g, b], each from 0 to 1.
     pub(crate) fn channels(&self, key: &str, expected: &str) -> Result<Option<Placed<[f64; 3]>>, InputError> {
+        self.channels_within(key, expected, |n| (0.0..=1.0).contains(&n))
+    }
+
+    /// One finite number for all channels or [r, g, b], each one such that `accept` holds.
+    pub(crate) fn channels_within(
+        &self,
+        key: &str,
+        expected: &str,
+        accept: impl Fn(f64) -> bool,
+    ) -> Result<Option<Placed<[f64; 3]>>, InputError> {
         let Some((_, value)) = self.get(key) else { return Ok(None) };
-        let share = |n: f64| (0.0..=1.0).contains(&n);
         match value.get_ref() {
-            DeValue::Array(_) => self.numbers(key, expected, share),
-            _ => Ok(self.number(key, expected, share)?.map(|Placed { value, at }| Placed { value: [value; 3], at })),
+            DeValue::Array(_) => self.numbers(key, expected, accept),
+            _ => Ok(self.number(key, expected, accept)?.map(|Placed { value, at }| Placed { value: [value; 3], at })),
         }
     }
 

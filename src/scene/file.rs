@@ -5,12 +5,16 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
+use super::areas::areas;
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
-use super::material::Dielectric;
+use super::material::{Dielectric, Sides};
+use super::measure::measure;
+use super::measured::{self, SurfaceSection};
 use super::mesh::Placement;
-use super::{MeasuringPlane, PlaneKind, Sensor};
+use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
-use crate::luminaire::{Distribution, colour};
+use crate::luminaire::body::Solid;
+use crate::luminaire::colour;
 
 /// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +33,8 @@ pub struct RenderDefaults {
     pub tree: Option<String>,
     /// Seed of the random streams.
     pub seed: Option<u64>,
+    /// Whether light groups are told apart.
+    pub groups: Option<bool>,
 }
 
 /// A scene file, read and checked by itself: what depends on the meshes is still open. World coordinates.
@@ -39,6 +45,10 @@ pub(crate) struct SceneFile {
     pub(crate) luminaires: Vec<LuminaireSection>,
     pub(crate) planes: Vec<MeasuringPlane>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) cameras: Vec<Camera>,
+    pub(crate) surfaces: Vec<SurfaceSection>,
+    /// Of luminaires that give none of their own, if the file gives one.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) render: RenderDefaults,
 }
 
@@ -48,12 +58,15 @@ pub(crate) struct MeshSection {
     pub(crate) placement: Placement,
 }
 
-/// A `[material.NAME]`.
+/// A `[material.NAME]`; [`material`](super::material) tells what its keys mean.
 pub(crate) struct MaterialSection {
     pub(crate) name: String,
     pub(crate) at: Location,
     pub(crate) reflectance: Option<Placed<[f64; 3]>>,
     pub(crate) specular: Option<Placed<[f64; 3]>>,
+    pub(crate) roughness: Option<Placed<f64>>,
+    pub(crate) transmittance: Option<Placed<[f64; 3]>>,
+    pub(crate) sides: Sides,
     pub(crate) dielectric: Option<Dielectric>,
 }
 
@@ -63,21 +76,41 @@ pub(crate) struct LuminaireSection {
     pub(crate) position: DVec3,
     pub(crate) aim: DVec3,
     pub(crate) rotation: f64,
-    pub(crate) shape: Shape,
-    pub(crate) distribution: Distribution,
-    /// As dimmed, lm; 0 where it is switched off.
-    pub(crate) flux: f64,
+    /// Where the section says it.
+    pub(crate) shape: Option<Shape>,
+    pub(crate) spread: Spread,
+    /// Undimmed and new, lm, where the section says it.
+    pub(crate) flux: Option<f64>,
+    /// 0 where it is switched off.
+    pub(crate) dimming: f64,
+    /// Maintenance factor; the scene's where the section gives none.
+    pub(crate) maintenance: Option<f64>,
     pub(crate) colour: [f64; 3],
     pub(crate) group: Option<String>,
     pub(crate) array: Option<Array>,
 }
 
+/// How light spreads.
+pub(crate) enum Spread {
+    Isotropic,
+    Lambertian,
+    /// As this photometric file has it.
+    File(Placed<String>),
+}
+
 /// Form of a luminous opening, m.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
     Point,
     Rectangle([f64; 2]),
-    Disc { diameter: f64 },
+    Disc {
+        diameter: f64,
+    },
+    Ellipse([f64; 2]),
+    /// An ellipse that faces C0: sizes along C90 and the aim.
+    Upright([f64; 2]),
+    /// A body: sizes along C0, C90 and the aim, and the number of the axis along which a cylinder lies.
+    Solid(Solid, [f64; 3], usize),
 }
 
 /// Rows of equal luminaires, along world x and y.
@@ -87,7 +120,7 @@ pub(crate) struct Array {
     pub(crate) at: Location,
 }
 
-/// Most cells of one measuring plane: 8 GB for each f64 kept of a cell.
+/// Most cells of one measuring plane, and pixels of a camera: 200 MB for each f64 kept of a cell.
 const MOST_CELLS: u64 = 25_000_000;
 /// Most luminaires of a scene.
 pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
@@ -101,14 +134,22 @@ impl SceneFile {
         if let Some(error) = errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
             return Err(syntax_error(&source, error));
         }
-        const KNOWN: [&str; 8] = ["name", "mesh", "material", "luminaire", "plane", "sensor", "camera", "render"];
+        const KNOWN: [&str; 10] = [
+            "name",
+            "mesh",
+            "material",
+            "luminaire",
+            "plane",
+            "sensor",
+            "surface",
+            "camera",
+            "render",
+            "maintenance_factor",
+        ];
         let top = Fields::new(&source, "the scene file", Location::file(path), table.get_ref(), &KNOWN)?;
 
-        if let Some((at, _)) = top.sections("camera")?.into_iter().next() {
-            let error = InputError::new(at, "a [[camera]]", "measuring planes and sensors");
-            return Err(error.hint("camera images aren't in this version yet; measuring planes and sensors are"));
-        }
         let each = |key: &str| top.sections(key);
+        let planes = planes(&source, each("plane")?)?;
         let scene = Self {
             name: top.name("name")?.map(|name| name.value),
             meshes: each("mesh")?.into_iter().map(|(at, t)| mesh(&source, at, t)).collect::<Result<_, _>>()?,
@@ -117,12 +158,16 @@ impl SceneFile {
                 .into_iter()
                 .map(|(at, t)| luminaire(&source, at, t))
                 .collect::<Result<_, _>>()?,
-            planes: planes(&source, each("plane")?)?,
             sensors: sensors(&source, each("sensor")?)?,
+            cameras: cameras(&source, each("camera")?, &planes)?,
+            planes,
+            surfaces: surfaces(&source, each("surface")?)?,
+            maintenance: maintenance_factor(&top)?,
             render: render(&top)?,
         };
-        if scene.planes.is_empty() && scene.sensors.is_empty() {
-            let found = "neither a [[plane]] nor a [[sensor]]";
+        let nothing = scene.planes.is_empty() && scene.sensors.is_empty() && scene.surfaces.is_empty();
+        if nothing && scene.cameras.is_empty() {
+            let found = "neither a [[plane]] nor a [[sensor]], [[surface]] or [[camera]]";
             let error = InputError::new(Location::file(path), found, "at least one of them");
             return Err(error.hint("they say where illuminance is wanted"));
         }
@@ -173,41 +218,48 @@ fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, Inpu
 }
 
 fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
-    const KNOWN: [&str; 5] = ["reflectance", "specular", "roughness", "transmittance", "dielectric"];
+    const KNOWN: [&str; 6] = ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric"];
+    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
     let section = format!("[material.{}]", name.escape_debug());
     let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
-    let not_yet = |key: &str, what: &str| match fields.channels(key, "0")? {
-        Some(channels) if channels.value != [0.0; 3] => {
-            Err(fields.refusal(key, "0").hint(format!("{what} aren't in this version yet")))
-        }
-        _ => Ok(()),
+    let share = |key: &str, hint: &str| fields.channels(key, SHARE).map_err(|error| error.hint(hint));
+    let reflectance = share("reflectance", "white paint: about 0.85")?;
+    let specular = share("specular", "a good mirror: about 0.9")?;
+    let transmittance = share("transmittance", "opal glass: about 0.5")?;
+    let roughness = fields
+        .number("roughness", "a number from 0 (a perfect mirror) to 1", |n| (0.0..=1.0).contains(&n))
+        .map_err(|error| error.hint("brushed metal: about 0.3"))?;
+    let sides = match fields.word("sides", &["one", "two"])? {
+        Some(word) if word.value == "one" => Sides::One,
+        _ => Sides::Two,
     };
-    not_yet("roughness", "rough mirrors")?;
-    not_yet("transmittance", "translucent materials")?;
-    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
-    let reflectance = fields.channels("reflectance", SHARE).map_err(|e| e.hint("white paint: about 0.85"))?;
-    let specular = fields.channels("specular", SHARE).map_err(|e| e.hint("a good mirror: about 0.9"))?;
+    if sides == Sides::One && transmittance.as_ref().is_some_and(|part| part.value != [0.0; 3]) {
+        let error = fields.refusal("sides", "\"two\" where there is a transmittance");
+        return Err(error.hint("a sheet that light passes has two sides"));
+    }
     let dielectric = dielectric(&fields)?;
-    if dielectric.is_some() && (reflectance.is_some() || specular.is_some()) {
-        let error = fields.refusal("dielectric", "no reflectance or specular beside it");
+    if dielectric.is_some() && table.len() > 1 {
+        let error = fields.refusal("dielectric", "no other key beside it");
         return Err(error.hint("what glass reflects follows from its ior"));
     }
-    Ok(MaterialSection { name: name.to_owned(), at, reflectance, specular, dielectric })
+    let name = name.to_owned();
+    Ok(MaterialSection { name, at, reflectance, specular, roughness, transmittance, sides, dielectric })
 }
 
 fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
     let form = "{ ior = 1.5, absorption = 0.0 }";
     let Some(glass) = fields.table("dielectric", form, &["ior", "absorption"])? else { return Ok(None) };
     let ior = glass.number("ior", "a number from 1 to 10 (window glass: 1.5)", |n| (1.0..=10.0).contains(&n))?;
-    let absorption = glass.number("absorption", "a number from 0 up, 1/m", |n| n >= 0.0)?;
+    let per_metre = "a number from 0 up, 1/m, or three as [r, g, b]";
+    let absorption = glass.channels_within("absorption", per_metre, |n| n >= 0.0)?;
     Ok(Some(Dielectric {
         ior: ior.ok_or_else(|| glass.missing("ior", "1.5"))?.value,
-        absorption: absorption.map_or(0.0, |n| n.value),
+        absorption: absorption.map_or([0.0; 3], |rgb| rgb.value),
     }))
 }
 
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
-    const KNOWN: [&str; 12] = [
+    const KNOWN: [&str; 13] = [
         "name",
         "position",
         "aim",
@@ -220,13 +272,17 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         "cct",
         "group",
         "array",
+        "maintenance_factor",
     ];
     let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
     let shape = shape(&fields)?;
+    let spread = spread(&fields, shape)?;
     let flux = fields
         .number("flux", "a number above 0, lm", |n| n > 0.0 && n <= 1e15)
-        .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?
-        .ok_or_else(|| fields.missing("flux", "3000 (lm)"))?;
+        .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?;
+    if flux.is_none() && !matches!(spread, Spread::File(_)) {
+        return Err(fields.missing("flux", "3000 (lm)"));
+    }
     let dimming = fields.number("dimming", "a number from 0 (off) to 1", |n| (0.0..=1.0).contains(&n))?;
     Ok(LuminaireSection {
         name: fields.name("name")?.ok_or_else(|| fields.missing("name", "\"L\""))?,
@@ -236,8 +292,10 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
             .number("rotation", "degrees, within ±36000", |n| n.abs() <= 36_000.0)?
             .map_or(0.0, |n| n.value),
         shape,
-        distribution: distribution(&fields, shape)?,
-        flux: flux.value * dimming.map_or(1.0, |n| n.value),
+        spread,
+        flux: flux.map(|n| n.value),
+        dimming: dimming.map_or(1.0, |n| n.value),
+        maintenance: maintenance_factor(&fields)?,
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
         array: array(&fields)?,
@@ -245,38 +303,62 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
 }
 
 /// The form of the luminous opening.
-fn shape(fields: &Fields) -> Result<Shape, InputError> {
-    const FORM: &str = "\"point\", { rectangle = [a, b] } or { disc = diameter } (m)";
-    const SIZES: &str = "above 0, up to 1e6 m";
-    let size = |n: f64| n > 0.0 && n <= 1e6;
+fn shape(fields: &Fields) -> Result<Option<Shape>, InputError> {
+    const FORM: &str = "\"point\", { rectangle = [a, b] }, { disc = diameter }, { ellipse = [a, b] }, \
+                        { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, diameter] }, \
+                        { sphere = diameter } or { ellipsoid = [a, b, height] } (m)";
+    const KNOWN: [&str; 8] = ["rectangle", "disc", "ellipse", "box", "cylinder", "tube", "sphere", "ellipsoid"];
     if fields.is_text("opening") {
         return match fields.text("opening")? {
-            Some(word) if word.value == "point" => Ok(Shape::Point),
+            Some(word) if word.value == "point" => Ok(Some(Shape::Point)),
             _ => Err(fields.refusal("opening", FORM)),
         };
     }
-    let Some(opening) = fields.table("opening", FORM, &["rectangle", "disc"])? else { return Ok(Shape::Point) };
-    let rectangle = opening.numbers::<2>("rectangle", &format!("two sizes, each {SIZES}"), size)?;
-    let disc = opening.number("disc", &format!("a diameter {SIZES}"), size)?;
-    match (rectangle, disc) {
-        (Some(sizes), None) => Ok(Shape::Rectangle(sizes.value)),
-        (None, Some(diameter)) => Ok(Shape::Disc { diameter: diameter.value }),
+    let Some(opening) = fields.table("opening", FORM, &KNOWN)? else { return Ok(None) };
+    const SIZES: &str = "above 0, up to 1e6 m";
+    let is_size = |n: f64| n > 0.0 && n <= 1e6;
+    let one = |key: &str| {
+        let size = opening.number(key, &format!("a diameter {SIZES}"), is_size)?;
+        Ok::<_, InputError>(size.map(|size| size.value))
+    };
+    let two = |key: &str| {
+        let sizes = opening.numbers::<2>(key, &format!("two sizes, each {SIZES}"), is_size)?;
+        Ok::<_, InputError>(sizes.map(|sizes| sizes.value))
+    };
+    let three = |key: &str| {
+        let sizes = opening.numbers::<3>(key, &format!("three sizes, each {SIZES}"), is_size)?;
+        Ok::<_, InputError>(sizes.map(|sizes| sizes.value))
+    };
+    let said = [
+        two("rectangle")?.map(Shape::Rectangle),
+        one("disc")?.map(|diameter| Shape::Disc { diameter }),
+        two("ellipse")?.map(Shape::Ellipse),
+        three("box")?.map(|sizes| Shape::Solid(Solid::Box, sizes, 2)),
+        two("cylinder")?.map(|[diameter, height]| Shape::Solid(Solid::Cylinder, [diameter, diameter, height], 2)),
+        two("tube")?.map(|[length, diameter]| Shape::Solid(Solid::Cylinder, [length, diameter, diameter], 0)),
+        one("sphere")?.map(|diameter| Shape::Solid(Solid::Ellipsoid, [diameter; 3], 2)),
+        three("ellipsoid")?.map(|sizes| Shape::Solid(Solid::Ellipsoid, sizes, 2)),
+    ];
+    let mut said = said.into_iter().flatten();
+    match (said.next(), said.next()) {
+        (Some(shape), None) => Ok(Some(shape)),
         _ => Err(fields.refusal("opening", FORM)),
     }
 }
 
-/// How light spreads: built-in kinds only, until measured photometry can be read.
-fn distribution(fields: &Fields, shape: Shape) -> Result<Distribution, InputError> {
-    let photometry = fields.text("photometry")?.map(|placed| placed.value);
-    match (photometry.as_deref(), shape) {
-        (None, Shape::Point) | (Some("isotropic"), Shape::Point) => Ok(Distribution::Isotropic),
-        (None, _) | (Some("lambertian"), _) => Ok(Distribution::Lambertian),
-        (Some("isotropic"), _) => Err(fields
+/// How light spreads: a photometric file, or one of the built-in kinds.
+fn spread(fields: &Fields, shape: Option<Shape>) -> Result<Spread, InputError> {
+    let photometry = fields.name("photometry")?;
+    let is_point = matches!(shape, None | Some(Shape::Point));
+    match photometry {
+        None if is_point => Ok(Spread::Isotropic),
+        None => Ok(Spread::Lambertian),
+        Some(word) if word.value == "lambertian" => Ok(Spread::Lambertian),
+        Some(word) if word.value == "isotropic" && is_point => Ok(Spread::Isotropic),
+        Some(word) if word.value == "isotropic" => Err(fields
             .refusal("photometry", "\"lambertian\" for an opening with an area")
             .hint("only points shine alike in all directions")),
-        (Some(_), _) => Err(fields
-            .refusal("photometry", "\"lambertian\" or \"isotropic\"")
-            .hint("measured photometry isn't in this version yet")),
+        Some(file) => Ok(Spread::File(file)),
     }
 }
 
@@ -306,24 +388,38 @@ fn array(fields: &Fields) -> Result<Option<Array>, InputError> {
     Ok(Some(Array { count: count.value, pitch: pitch.value, at: array.at }))
 }
 
+/// Share of the initial light that is left before the next maintenance.
+fn maintenance_factor(fields: &Fields) -> Result<Option<f64>, InputError> {
+    let expected = "a number above 0, at most 1 (a clean office: about 0.8)";
+    Ok(fields.number("maintenance_factor", expected, |n| n > 0.0 && n <= 1.0)?.map(|n| n.value))
+}
+
+fn surfaces(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<SurfaceSection>, InputError> {
+    let mut names = Names::new("surface");
+    let surface = |(at, table)| {
+        let fields = Fields::new(source, "[[surface]]", at, table, &measured::KNOWN)?;
+        let name = names.take_file(&fields, "ply")?;
+        measured::section(&fields, name)
+    };
+    sections.into_iter().map(surface).collect()
+}
+
 fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
     for (at, table) in sections {
-        const KNOWN: [&str; 6] = ["name", "corner", "along", "across", "cells", "on"];
+        const KNOWN: [&str; 9] = ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
-        let name = names.take(&fields)?;
-        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
-            let error = fields.refusal("name", "a name that can be a file's");
-            return Err(error.hint("no / \\ : in it, no dot in front; results are written as NAME.exr"));
-        }
+        let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;
+        let cells = whole_image(&fields, "cells", "[120, 144]", "cells")?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
+            areas: areas(&fields, [along.length(), across.length()], cells)?,
             along,
             across,
-            cells: cells(&fields)?,
+            cells,
             kind: match fields.word("on", &["surface", "air"])? {
                 Some(word) if word.value == "air" => PlaneKind::Air,
                 _ => PlaneKind::Surface,
@@ -331,6 +427,49 @@ fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Me
         });
     }
     Ok(planes)
+}
+
+fn cameras(
+    source: &Source,
+    sections: Vec<(Location, &DeTable)>,
+    planes: &[MeasuringPlane],
+) -> Result<Vec<Camera>, InputError> {
+    let mut cameras = Vec::with_capacity(sections.len());
+    let mut names = Names::new("camera");
+    for (at, table) in sections {
+        const KNOWN: [&str; 6] = ["name", "eye", "look_at", "up", "fov", "pixels"];
+        let fields = Fields::new(source, "[[camera]]", at, table, &KNOWN)?;
+        let name = names.take_file(&fields, "exr")?;
+        if planes.iter().any(|plane| plane.name.to_lowercase() == name.to_lowercase()) {
+            let error = fields.refusal("name", "a name that no [[plane]] has");
+            return Err(error.hint("both are written as NAME.exr"));
+        }
+        let eye = fields.metres("eye")?.ok_or_else(|| fields.missing("eye", "[x, y, z] (m)"))?.value;
+        let [forward, right, up] = view_axes(&fields, eye)?;
+        let fov =
+            fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
+        let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
+        let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
+        cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
+    }
+    Ok(cameras)
+}
+
+/// Unit vectors forward, to the right and to the top of a camera's image. Without `up`, the world's z points to the top;
+/// seen straight from above or below y does, as in a plan.
+fn view_axes(fields: &Fields, eye: DVec3) -> Result<[DVec3; 3], InputError> {
+    let look_at = fields.metres("look_at")?.ok_or_else(|| fields.missing("look_at", "[x, y, z] (m)"))?.value;
+    let Some(forward) = (look_at - eye).try_normalize().filter(|_| look_at.distance(eye) >= 1e-9) else {
+        return Err(fields.refusal("look_at", "a point other than eye"));
+    };
+    let sides = match fields.direction("up")? {
+        Some(up) => Camera::sides(forward, up.value)
+            .ok_or_else(|| fields.refusal("up", "a direction other than that from eye to look_at, or its opposite"))?,
+        None => Camera::sides(forward, DVec3::Z)
+            .or_else(|| Camera::sides(forward, DVec3::Y))
+            .expect("no direction is parallel to both z and y"),
+    };
+    Ok([forward, sides[0], sides[1]])
 }
 
 /// The two sides of a measuring plane.
@@ -350,12 +489,13 @@ fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
     Ok([along, across])
 }
 
-fn cells(fields: &Fields) -> Result<[usize; 2], InputError> {
-    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} cells in all");
-    let cells = fields.whole_pair("cells", 1, MOST_CELLS)?.ok_or_else(|| fields.missing("cells", "[120, 144]"))?.value;
-    match cells.map(usize::try_from) {
-        [Ok(columns), Ok(rows)] if cells[0] * cells[1] <= MOST_CELLS => Ok([columns, rows]),
-        _ => Err(fields.refusal("cells", expected())),
+/// Columns and rows of an image.
+fn whole_image(fields: &Fields, key: &str, example: &str, what: &str) -> Result<[usize; 2], InputError> {
+    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} {what} in all");
+    let sides = fields.whole_pair(key, 1, MOST_CELLS)?.ok_or_else(|| fields.missing(key, example))?.value;
+    match sides.map(usize::try_from) {
+        [Ok(columns), Ok(rows)] if sides[0] * sides[1] <= MOST_CELLS => Ok([columns, rows]),
+        _ => Err(fields.refusal(key, expected())),
     }
 }
 
@@ -363,11 +503,16 @@ fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<S
     let mut sensors = Vec::with_capacity(sections.len());
     let mut names = Names::new("sensor");
     for (at, table) in sections {
-        let fields = Fields::new(source, "[[sensor]]", at, table, &["name", "position", "normal", "target"])?;
+        const KNOWN: [&str; 6] = ["name", "position", "normal", "measure", "facing", "target"];
+        let fields = Fields::new(source, "[[sensor]]", at, table, &KNOWN)?;
+        let name = names.take(&fields)?;
+        let position = fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value;
+        let (measure, normal) = measure(&fields)?;
         sensors.push(Sensor {
-            name: names.take(&fields)?,
-            position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
-            normal: fields.direction("normal")?.ok_or_else(|| fields.missing("normal", "[0, 0, 1]"))?.value,
+            name,
+            position,
+            normal,
+            measure,
             target: fields.number("target", "a number from 0 up, lx", |n| n >= 0.0)?.map(|n| n.value),
         });
     }
@@ -393,6 +538,16 @@ impl Names {
             None => Ok(name.value),
         }
     }
+
+    /// The name of a section whose results are written as NAME.`ending`.
+    fn take_file(&mut self, fields: &Fields, ending: &str) -> Result<String, InputError> {
+        let name = self.take(fields)?;
+        if name.contains(['/', '\\', ':']) || name.starts_with('.') || name.len() > 200 {
+            let error = fields.refusal("name", "a name that can be a file's");
+            return Err(error.hint(format!("no / \\ : in it, no dot in front; results are written as NAME.{ending}")));
+        }
+        Ok(name)
+    }
 }
 
 /// Two things of one kind bear the same name.
@@ -402,7 +557,7 @@ pub(crate) fn duplicate(kind: &str, name: &Placed<String>, first: &Location) -> 
 }
 
 fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
-    const KNOWN: [&str; 7] = ["method", "photons", "nearest", "radius", "passes", "tree", "seed"];
+    const KNOWN: [&str; 8] = ["method", "photons", "nearest", "radius", "passes", "tree", "seed", "groups"];
     let Some(fields) = top.table("render", "a section that begins with [render]", &KNOWN)? else {
         return Ok(RenderDefaults::default());
     };
@@ -414,5 +569,6 @@ fn render(top: &Fields) -> Result<RenderDefaults, InputError> {
         passes: fields.whole("passes", 1, u64::from(u32::MAX))?.and_then(|n| u32::try_from(n.value).ok()),
         tree: fields.word("tree", &["kd", "kiddo", "paper", "brute"])?.map(|word| word.value),
         seed: fields.whole("seed", 0, u64::MAX)?.map(|n| n.value),
+        groups: fields.switch("groups")?.map(|on| on.value),
     })
 }

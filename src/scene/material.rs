@@ -1,16 +1,61 @@
-//! What a surface does with light: Lambertian, mirror, glass.
+//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, glass.
+//!
+//! Every share is that of the light that arrives, at any angle and in every channel: `reflectance` + `specular` +
+//! `transmittance` ≤ 1, and the rest is absorbed. All surfaces are reciprocal (lamp and meter may change places).
+//!
+//! ```toml
+//! [material.floor]                      # the OBJ's name for it; what stands here wins over its MTL file
+//! reflectance = 0.2                     # Lambertian ρ, a number or [r, g, b] (linear Rec. 709)
+//! specular = 0.04                       # share that is mirrored, a number or [r, g, b]
+//! roughness = 0.3                       # 0 (default): a perfect mirror; else GGX's α, up to 1
+//! [material.blind]
+//! reflectance = 0.5
+//! transmittance = 0.2                   # Lambertian, to the other side; a number or [r, g, b]
+//! [material.backdrop]
+//! reflectance = 0.8
+//! sides = "one"                         # the back absorbs all; "two" (default): both sides are alike
+//! [material.pane]
+//! dielectric = { ior = 1.5, absorption = [4.0, 1.0, 3.0] }   # 1/m, a number or [r, g, b]
+//! ```
+//!
+//! A rough mirror reflects `specular` of the light at every angle, whatever its roughness: Fresnel's rise towards grazing
+//! angles is not modelled. `photon::rough` tells how light goes about among its facets.
+//!
+//! From MTL files come `Kd` (reflectance; times the mean colour of `map_Kd`, if it names a PNG or JPEG file), `Ks` with
+//! `illum` 3 or 5 (specular), `Ni` with `illum` 4, 6 or 7 (dielectric) and `Ke` (luminance, cd/m²). `Tf` only tells that
+//! light passes: it belongs to no thickness, so it can't become an absorption. The rest is left out.
 
-/// A surface. What is neither reflected nor refracted is absorbed.
+/// Rough mirrors below this GGX α reflect as sharply as perfect ones: what they throw is a caustic, and left to photons.
+/// Above, rays find it.
+pub const SHARP: f64 = 0.2;
+
+/// A surface. What is neither reflected, transmitted nor refracted is absorbed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name, as `usemtl` gives it.
     pub name: String,
     /// Lambertian reflectance ρ of each channel, linear Rec. 709, 0 ≤ ρ ≤ 1.
     pub reflectance: [f64; 3],
-    /// Mirror reflectance of each channel; reflectance + specular ≤ 1.
+    /// Mirror reflectance of each channel; reflectance + specular + transmittance ≤ 1.
     pub specular: [f64; 3],
-    /// Smooth glass: overrides the two above.
+    /// GGX's α of the mirror, 0 (perfect) to 1.
+    pub roughness: f64,
+    /// Share of each channel that leaves the other side by Lambert's law.
+    pub transmittance: [f64; 3],
+    /// Which sides are so; the other absorbs all. Sheets and glass have two.
+    pub sides: Sides,
+    /// Smooth glass: overrides all of the above.
     pub dielectric: Option<Dielectric>,
+}
+
+/// On which sides a material is what it says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The front, where vertices run counter-clockwise; the back absorbs all.
+    One,
+    /// Both.
+    #[default]
+    Two,
 }
 
 /// A smooth clear solid; its outside is where its normals point.
@@ -18,28 +63,53 @@ pub struct Material {
 pub struct Dielectric {
     /// Index of refraction, relative to air.
     pub ior: f64,
-    /// Absorption coefficient inside, 1/m (Beer–Lambert).
-    pub absorption: f64,
+    /// Absorption coefficient inside for each channel, 1/m (Beer–Lambert).
+    pub absorption: [f64; 3],
 }
 
 impl Material {
     /// A surface that absorbs all it meets.
     pub fn black(name: impl Into<String>) -> Self {
-        Self { name: name.into(), reflectance: [0.0; 3], specular: [0.0; 3], dielectric: None }
+        Self {
+            name: name.into(),
+            reflectance: [0.0; 3],
+            specular: [0.0; 3],
+            roughness: 0.0,
+            transmittance: [0.0; 3],
+            sides: Sides::Two,
+            dielectric: None,
+        }
     }
 
-    /// Whether light leaves this surface in a mirrored or refracted direction.
+    /// Whether a mirror, perfect or rough, is part of it.
+    pub fn mirrors(&self) -> bool {
+        self.specular.iter().any(|&part| part > 0.0)
+    }
+
+    /// Whether light leaves this surface in a mirrored or refracted direction, or nearly so: what makes caustics.
     pub fn is_specular(&self) -> bool {
-        self.dielectric.is_some() || self.specular.iter().any(|&part| part > 0.0)
+        self.dielectric.is_some() || (self.mirrors() && self.roughness < SHARP)
     }
 
-    /// Whether light leaves this surface at all.
+    /// Whether light leaves its other side by Lambert's law.
+    pub fn is_translucent(&self) -> bool {
+        self.transmittance.iter().any(|&part| part > 0.0)
+    }
+
+    /// Whether light leaves this surface by Lambert's law, on either side.
+    pub fn is_diffuse(&self) -> bool {
+        self.is_translucent() || self.reflectance.iter().any(|&part| part > 0.0)
+    }
+
+    /// Whether no light leaves this surface at all.
     pub fn is_black(&self) -> bool {
-        !self.is_specular() && self.reflectance.iter().all(|&part| part == 0.0)
+        self.dielectric.is_none() && !self.mirrors() && !self.is_diffuse()
     }
 
     /// Whether the three channels differ anywhere.
     pub fn is_coloured(&self) -> bool {
-        [self.reflectance, self.specular].iter().any(|rgb| rgb[0] != rgb[1] || rgb[1] != rgb[2])
+        let absorption = self.dielectric.map_or([0.0; 3], |glass| glass.absorption);
+        let differ = |rgb: &[f64; 3]| rgb[0] != rgb[1] || rgb[1] != rgb[2];
+        [self.reflectance, self.specular, self.transmittance, absorption].iter().any(differ)
     }
 }

@@ -3,26 +3,35 @@
 //! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box: survey coordinates of 1e6 m
 //! would leave single precision a grid of 6 cm. World position = local position + centre.
 
+pub mod areas;
 mod assemble;
+mod camera;
 mod fields;
 pub mod file;
 mod fixture;
 mod lines;
 pub mod material;
+pub mod measure;
+pub mod measured;
 pub mod mesh;
 mod mtl;
 mod obj;
 pub mod plan;
 mod polygon;
 mod surface;
+mod texture;
 
 use std::path::PathBuf;
 
 use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
+pub use areas::Areas;
+pub use camera::Camera;
 pub use file::RenderDefaults;
-pub use material::{Dielectric, Material};
+pub use material::{Dielectric, Material, Sides};
+pub use measure::Measure;
+pub use measured::MeasuredSurface;
 pub use mesh::Mesh;
 
 /// A validated scene, ready to be traced.
@@ -46,6 +55,13 @@ pub struct Scene {
     pub planes: Vec<MeasuringPlane>,
     /// Measuring points.
     pub sensors: Vec<Sensor>,
+    /// Cameras.
+    pub cameras: Vec<Camera>,
+    /// Faces of the mesh that are measured themselves.
+    pub surfaces: Vec<MeasuredSurface>,
+    /// Smallest and largest maintenance factor of the luminaires, which their flux includes; `None` where the file gives
+    /// none: illuminance of the new installation.
+    pub maintenance_factor: Option<[f64; 2]>,
     /// Options of `render` that the file sets.
     pub render: RenderDefaults,
     /// What was dropped or looks wrong, in words.
@@ -71,20 +87,26 @@ impl Scene {
             [plane.along.length() / plane.cells[0] as f64, plane.across.length() / plane.cells[1] as f64]
         });
         let openings = self.luminaires.iter().map(|luminaire| match &luminaire.opening {
-            Opening::Rectangle { half_width, half_depth, .. } => 2.0 * half_width.length().min(half_depth.length()),
+            Opening::Rectangle { half_width, half_depth, .. } | Opening::Ellipse { half_width, half_depth, .. } => {
+                2.0 * half_width.length().min(half_depth.length())
+            }
+            Opening::Body(body) => 2.0 * body.half_axes.iter().map(|axis| axis.length()).fold(f64::INFINITY, f64::min),
             Opening::Disc { radius, .. } => 2.0 * radius,
             Opening::Point { .. } | Opening::Triangles(_) => f64::INFINITY,
         });
         cells.chain(openings).fold(f64::INFINITY, f64::min)
     }
 
-    /// Area of all measuring planes as a share of the largest face of the box around everything. Cost: O(vertices).
+    /// Area of all measuring planes and surfaces as a share of the largest face of the box around everything.
+    /// Cost: O(vertices).
     pub fn measured_share(&self) -> f64 {
         let (low, high) = self.bounds();
         let size = high - low;
         let face = (size.x * size.y).max(size.y * size.z).max(size.z * size.x);
         let planes: f64 = self.planes.iter().map(|plane| plane.along.cross(plane.across).length()).sum();
-        if face > 0.0 && !self.planes.is_empty() { planes / face } else { 1.0 }
+        let surfaces: f64 = self.surfaces.iter().map(MeasuredSurface::area).sum();
+        let measured = planes + surfaces;
+        if face > 0.0 && measured > 0.0 { measured / face } else { 1.0 }
     }
 
     /// Lowest and highest corner of the box around everything; zeros for a scene of nothing.
@@ -126,6 +148,8 @@ pub struct MeasuringPlane {
     pub cells: [usize; 2],
     /// On geometry or in the air.
     pub kind: PlaneKind,
+    /// Parts of it that have figures of their own.
+    pub areas: Areas,
 }
 
 impl MeasuringPlane {
@@ -159,8 +183,10 @@ pub struct Sensor {
     pub name: String,
     /// Local position, m.
     pub position: DVec3,
-    /// Unit normal of the measured side.
+    /// Unit normal of the measured side; the axis where a body is measured.
     pub normal: DVec3,
+    /// What the illuminance is the mean over.
+    pub measure: Measure,
     /// Illuminance the user there asks for, lx.
     pub target: Option<f64>,
 }

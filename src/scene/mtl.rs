@@ -27,17 +27,32 @@ pub(crate) struct MtlMaterial {
     pub(crate) lets_light_through: bool,
     /// Whether `Tf` colours that light.
     pub(crate) coloured_filter: bool,
-    /// Line of `map_Kd`.
-    pub(crate) texture: Option<Location>,
+    /// File of `map_Kd`, as written.
+    pub(crate) texture: Option<Placed<String>>,
+}
+
+impl MtlMaterial {
+    /// Whether `illum` says that it is glass, and something lets light through or bends it.
+    pub(crate) fn is_glass(&self) -> bool {
+        let bends = self.ior.as_ref().is_some_and(|ior| ior.value > 1.0);
+        matches!(self.illumination, Some(4 | 6 | 7)) && (self.lets_light_through || bends)
+    }
 }
 
 /// Materials of the MTL file at `path`, in its order; of two with one name the later counts.
 pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, InputError> {
-    let mut tidy =
-        Tidy { path, lines: Lines::new(bytes), line: 0, refused: None, names: Vec::new(), places: HashMap::new() };
+    let mut tidy = Tidy {
+        path,
+        lines: Lines::new(bytes),
+        line: 0,
+        refused: None,
+        names: Vec::new(),
+        places: HashMap::new(),
+        textures: HashMap::new(),
+    };
     let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
     let loaded = tobj::load_mtl_buf(&mut feed);
-    let Tidy { refused, line, names, places, .. } = tidy;
+    let Tidy { refused, line, names, places, textures, .. } = tidy;
     if let Some(error) = refused {
         return Err(error);
     }
@@ -59,10 +74,35 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, Input
             illumination: material.illumination_model,
             lets_light_through: lets_light_through(material),
             coloured_filter: filter(material).is_some_and(|tf| tf[0] != tf[1] || tf[1] != tf[2]),
-            texture: material.diffuse_texture.as_ref().map(|_| place("map_Kd")),
+            texture: textures.get(&index).cloned(),
         }
     };
     Ok(materials.iter().enumerate().filter(|(index, _)| *index < names.len()).map(of_one).collect())
+}
+
+/// What stands behind the options of a texture, which begin with a minus and take numbers or a word each.
+fn file_name(line: &[u8]) -> &[u8] {
+    let mut rest = line;
+    while rest.starts_with(b"-") {
+        let (option, behind) = keyword(rest);
+        let (least, most) = match option {
+            b"-o" | b"-s" | b"-t" => (1, 3),
+            b"-mm" => (2, 2),
+            b"-blendu" | b"-blendv" | b"-boost" | b"-bm" | b"-cc" | b"-clamp" | b"-colorspace" | b"-imfchan"
+            | b"-texres" | b"-type" => (1, 1),
+            _ => return rest,
+        };
+        rest = behind;
+        for taken in 0..most {
+            let (word, behind) = keyword(rest);
+            let is_number = str::from_utf8(word).is_ok_and(|word| word.parse::<f64>().is_ok());
+            if taken >= least && !is_number {
+                break;
+            }
+            rest = behind;
+        }
+    }
+    rest
 }
 
 /// `Tf`, the filter's transmission.
@@ -88,6 +128,8 @@ struct Tidy<'a> {
     names: Vec<Placed<String>>,
     /// Where a material's parameters stand.
     places: HashMap<(usize, &'static str), Location>,
+    /// Their textures.
+    textures: HashMap<usize, Placed<String>>,
 }
 
 impl Tidy<'_> {
@@ -100,9 +142,14 @@ impl Tidy<'_> {
             self.names.push(Placed { value: text(rest), at: Location::line(self.path, number) });
             return true;
         }
-        const KEYS: [&str; 9] = ["Kd", "Ks", "Ke", "Tf", "Ni", "d", "Tr", "illum", "map_Kd"];
-        let Some(key) = KEYS.into_iter().find(|known| known.as_bytes() == key) else { return true };
         let Some(material) = self.names.len().checked_sub(1) else { return true };
+        if key == b"map_Kd" {
+            let texture = Placed { value: text(file_name(rest)), at: Location::line(self.path, number) };
+            self.textures.insert(material, texture);
+            return true;
+        }
+        const KEYS: [&str; 8] = ["Kd", "Ks", "Ke", "Tf", "Ni", "d", "Tr", "illum"];
+        let Some(key) = KEYS.into_iter().find(|known| known.as_bytes() == key) else { return true };
         self.places.insert((material, key), Location::line(self.path, number));
         self.refused = self.parameter(key, rest, out).err();
         self.refused.is_none()
@@ -111,7 +158,6 @@ impl Tidy<'_> {
     fn parameter(&self, key: &str, rest: &[u8], out: &mut Vec<u8>) -> Result<(), InputError> {
         let words: Vec<&[u8]> = words(rest).collect();
         let values: &[&[u8]] = match (key, words.as_slice()) {
-            ("map_Kd", _) => &[b"ignored"],
             ("Kd" | "Ks" | "Ke" | "Tf", &[grey]) => &[grey, grey, grey],
             ("Kd" | "Ks" | "Ke" | "Tf", rgb) if rgb.len() >= 3 => &rgb[..3],
             // d may carry -halo before its number.
@@ -130,5 +176,24 @@ impl Tidy<'_> {
         }
         out.push(b'\n');
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_texture_s_name_stands_behind_its_options_and_may_hold_blanks() {
+        for (line, name) in [
+            ("wood.png", "wood.png"),
+            ("old wood #3.jpg", "old wood #3.jpg"),
+            ("-clamp on -s 2 2 1 -o 0.5 oak.png", "oak.png"),
+            ("-s 2 -mm 0 1 -bm 0.3 3d wood.png", "3d wood.png"),
+            ("-odd.png", "-odd.png"),
+            ("-s 1 1", ""),
+        ] {
+            assert_eq!(text(file_name(line.as_bytes())), name);
+        }
     }
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::fields::{FARTHEST, Placed, quoted};
 use super::lines::{Feed, Lines, keyword, text, words};
+use super::measured::Groups;
 use super::polygon;
 use crate::error::{InputError, Location};
 
@@ -22,6 +23,8 @@ pub(crate) struct Obj {
     pub(crate) named: BTreeSet<String>,
     /// What `mtllib` asks for.
     pub(crate) libraries: Vec<Placed<String>>,
+    /// The groups asked for, and their triangles.
+    pub(crate) groups: Groups,
 }
 
 /// Material of faces that stand before any `usemtl`.
@@ -31,13 +34,19 @@ pub(crate) const DEFAULT_MATERIAL: &str = "default";
 const MOST_CORNERS: usize = 10_000;
 
 impl Obj {
-    /// Reads the OBJ file at `path`; `metres_per_unit` only serves to refuse what lies too far out.
-    pub(crate) fn parse(path: &Path, bytes: &[u8], metres_per_unit: f64) -> Result<Self, InputError> {
-        let mut tidy = Tidy::new(path, bytes);
+    /// Reads the OBJ file at `path`; `metres_per_unit` only serves to refuse what lies too far out. Of the groups only
+    /// those `asked` for are kept.
+    pub(crate) fn parse(
+        path: &Path,
+        bytes: &[u8],
+        metres_per_unit: f64,
+        asked: &BTreeSet<String>,
+    ) -> Result<Self, InputError> {
+        let mut tidy = Tidy::new(path, bytes, Groups::asking(asked));
         let options = tobj::LoadOptions { single_index: true, ..Default::default() };
         let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
         let loaded = tobj::load_obj_buf(&mut feed, &options, one_material);
-        let Tidy { refused, line, used, faces, named, libraries, .. } = tidy;
+        let Tidy { refused, line, used, faces, named, libraries, groups, .. } = tidy;
         if let Some(error) = refused {
             return Err(error);
         }
@@ -54,15 +63,24 @@ impl Obj {
             materials: used,
             named,
             libraries,
+            groups,
         };
+        let mut face = 0;
         for tobj::Model { mesh, .. } in models {
-            obj.append(path, bytes, &mesh, FARTHEST / metres_per_unit)?;
+            obj.append(path, bytes, &mesh, FARTHEST / metres_per_unit, &mut face)?;
         }
         Ok(obj)
     }
 
-    /// Adds faces of one material.
-    fn append(&mut self, path: &Path, bytes: &[u8], mesh: &tobj::Mesh, farthest: f64) -> Result<(), InputError> {
+    /// Adds faces of one material; `number` counts the faces of the file.
+    fn append(
+        &mut self,
+        path: &Path,
+        bytes: &[u8],
+        mesh: &tobj::Mesh,
+        farthest: f64,
+        number: &mut usize,
+    ) -> Result<(), InputError> {
         if mesh.positions.iter().any(|x| x.is_nan() || x.abs() > farthest) {
             return Err(bad_vertex(path, bytes, farthest));
         }
@@ -79,6 +97,8 @@ impl Obj {
             let arity = arities.next().map_or(3, |&n| n as usize).min(corners.len());
             let (face, rest) = corners.split_at(arity);
             corners = rest;
+            self.groups.face(*number, self.triangles.len());
+            *number += 1;
             match face {
                 &[a, b, c] => self.triangles.push([a, b, c].map(|corner| first + corner)),
                 _ => {
@@ -109,10 +129,11 @@ struct Tidy<'a> {
     number_of: HashMap<String, usize>,
     named: BTreeSet<String>,
     libraries: Vec<Placed<String>>,
+    groups: Groups,
 }
 
 impl<'a> Tidy<'a> {
-    fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+    fn new(path: &'a Path, bytes: &'a [u8], groups: Groups) -> Self {
         Self {
             path,
             lines: Lines::new(bytes),
@@ -125,6 +146,7 @@ impl<'a> Tidy<'a> {
             number_of: HashMap::new(),
             named: BTreeSet::new(),
             libraries: Vec::new(),
+            groups,
         }
     }
 
@@ -138,6 +160,10 @@ impl<'a> Tidy<'a> {
             b"usemtl" => self.material(rest),
             b"mtllib" => {
                 self.libraries.push(Placed { value: text(rest), at: self.here() });
+                Ok(())
+            }
+            b"g" | b"o" => {
+                self.groups.line(usize::from(key == b"o"), &text(rest), self.faces);
                 Ok(())
             }
             _ => Ok(()),

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::{PlaneKind, Scene};
+use super::{Measure, PlaneKind, Scene};
+use crate::luminaire::LightGroups;
 
 /// How illuminance is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +72,8 @@ pub struct Plan {
     pub shadow_rays: bool,
     /// Whether mirrors or glass make caustics.
     pub caustics: bool,
+    /// Whether light groups are told apart.
+    pub groups: bool,
     /// Why, in words: (used?, what, reason).
     pub reasons: Vec<(bool, String, String)>,
 }
@@ -100,6 +103,10 @@ impl Plan {
         } else {
             decide(false, "direct light by shadow rays", format!("method {name} counts photons"))
         };
+        for (source, count, flux) in measured(scene) {
+            let luminaires = if count == 1 { "1 luminaire".into() } else { format!("{count} luminaires") };
+            decide(true, "measured photometry", format!("{source}: {luminaires}, {flux:.0} lm in all"));
+        }
         let bright = scene.materials.iter().find(|material| !material.is_black());
         let bounces = match bright {
             _ if !method.splits() => decide(true, "passes", format!("method {name}: all light by photons")),
@@ -141,14 +148,14 @@ impl Plan {
             None => decide(false, "specular paths", "no mirror and no glass".into()),
         };
         if photons {
-            let receivers = scene.planes.len() + scene.sensors.len();
+            let receivers = scene.planes.len() + scene.sensors.len() + scene.surfaces.len();
             match method {
                 Method::Seed => decide(true, "photons of every surface", "the paper keeps them all".into()),
                 Method::Gather => decide(true, "photons of every surface", "as illuminance of patches".into()),
                 _ => decide(
                     false,
                     "photons of other surfaces",
-                    format!("kept only where they cross one of {receivers} planes and sensors"),
+                    format!("kept only at one of {receivers} planes, sensors and surfaces"),
                 ),
             };
         }
@@ -156,8 +163,64 @@ impl Plan {
         decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
         decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
         decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
-        Self { method, coloured, bounces, photons, shadow_rays, caustics, reasons }
+        let counted = photons && (caustics || !method.sends_rays());
+        let how = match (method.sends_rays(), counted) {
+            (true, false) => "rays from each sample",
+            (true, true) => "rays from each sample; caustics as photons on it, over its area",
+            (false, _) => "photons on each sample, over its area",
+        };
+        let surfaces = scene.surfaces.len();
+        let samples: usize = scene.surfaces.iter().map(|surface| surface.samples.len()).sum();
+        let why = match surfaces {
+            0 => "0 in the scene".to_owned(),
+            _ => format!("{surfaces} in the scene, {samples} samples; {how}"),
+        };
+        decide(surfaces > 0, "surfaces of the mesh", why);
+        let bodies = scene.sensors.iter().filter(|sensor| sensor.measure != Measure::Plane).count();
+        decide(bodies > 0, "cylinders and spheres", format!("{bodies} sensors"));
+        match scene.maintenance_factor {
+            None => decide(false, "maintenance factor", "none given: the installation is new".into()),
+            Some([least, most]) if least == most => decide(true, "maintenance factor", least.to_string()),
+            Some([least, most]) => decide(true, "maintenance factor", format!("{least} to {most}, by luminaire")),
+        };
+        match scene.cameras.len() {
+            0 => decide(false, "camera rays", "no camera in the scene".into()),
+            _ if bounces && method != Method::Gather => {
+                decide(true, "camera rays", format!("go on from surface to surface with method {name}, as paths"))
+            }
+            cameras => {
+                decide(true, "camera rays", format!("{cameras} in the scene; light is gathered only where they look"))
+            }
+        };
+        let densities = photons && caustics && !scene.cameras.is_empty();
+        if densities {
+            decide(true, "densities of caustics", "at the surfaces that cameras see".into());
+        }
+        let number = LightGroups::of(&scene.luminaires).len();
+        let groups = match (number, method, scene.render.groups) {
+            (0 | 1, ..) => decide(false, "light groups", "one group only: all light is its own".into()),
+            (_, Method::Seed, _) => decide(false, "light groups", "method seed knows none".into()),
+            (_, _, Some(true)) => {
+                decide(true, "light groups", format!("{number}, told apart by the photons and rays of the whole"))
+            }
+            _ => decide(false, "light groups", format!("{number}, not asked for: --groups")),
+        };
+        Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
     }
+}
+
+/// Photometric files: what each is, how many luminaires shine by it, and their flux, lm.
+fn measured(scene: &Scene) -> Vec<(&str, usize, f64)> {
+    let mut files: Vec<(&str, usize, f64)> = Vec::new();
+    for luminaire in &scene.luminaires {
+        let Some(measured) = luminaire.measured() else { continue };
+        let source = measured.web().source();
+        match files.iter_mut().find(|file| file.0 == source) {
+            Some(file) => *file = (source, file.1 + 1, file.2 + luminaire.flux.0),
+            None => files.push((source, 1, luminaire.flux.0)),
+        }
+    }
+    files
 }
 
 impl fmt::Display for Plan {

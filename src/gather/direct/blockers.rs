@@ -152,8 +152,8 @@ impl<'a> Blockers<'a> {
         self.mesh.corners(triangle as usize)
     }
 
-    /// Hands `found` the triangles that may reach into the shaft, until it says no.
-    pub(super) fn search(&self, shaft: &Shaft, mut found: impl FnMut([DVec3; 3]) -> bool) {
+    /// Hands `found` the triangles (and their numbers) that may reach into the shaft, until it says no.
+    pub(super) fn search(&self, shaft: &Shaft, mut found: impl FnMut(u32, [DVec3; 3]) -> bool) {
         let leaves = self.boxes.len().div_ceil(2);
         let mut open = [0_usize; 64];
         let mut count = 1;
@@ -171,7 +171,7 @@ impl<'a> Blockers<'a> {
             }
             for &triangle in &self.order[range(node + 1 - leaves, leaves, self.order.len())] {
                 let corners = self.corners(triangle);
-                if shaft.meets(&corners) && !found(corners) {
+                if shaft.meets(&corners) && !found(triangle, corners) {
                     return;
                 }
             }

@@ -1,12 +1,17 @@
-//! Luminaires as direct light takes them: points, flat polygons, and meshes too fine to be taken piece by piece.
+//! Luminaires as direct light takes them: points, flat polygons, bodies, and meshes too fine to be taken piece by piece.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use super::blockers::{Blockers, Bounds};
+use super::polygon::{Pieces, lambert};
 use super::sample::MESH_STRATA;
+use super::web::{Parts, Shape, WebLight};
 use crate::embree::RayCaster;
+use crate::luminaire::body::Body;
 use crate::luminaire::emit::{Front, triangle_area};
+use crate::luminaire::web::Measured;
 use crate::luminaire::{Distribution, Luminaire, Opening};
 use crate::photon::flux::{channels, photometric};
 use crate::photon::random::Stream;
@@ -24,20 +29,31 @@ pub(super) struct Emitter<const C: usize> {
     pub(super) colour: [f64; C],
     /// Photometric value of the colour.
     pub(super) brightness: f64,
+    /// Number of its luminaire.
+    pub(super) luminaire: u32,
 }
 
 pub(super) enum Source {
     Point(PointSource),
     Polygon(Polygon),
+    Body(BodySource),
     Mesh(MeshSource),
 }
 
 pub(super) struct PointSource {
     position: DVec3,
     aim: DVec3,
-    /// Along the aim, cd.
+    /// Flux, lm, and largest intensity, cd.
+    flux: f64,
     intensity: f64,
     distribution: Distribution,
+}
+
+/// How an opening is bright.
+pub(super) enum Light {
+    /// The same luminance towards all directions, cd/m².
+    Lambertian(f64),
+    Web(WebLight),
 }
 
 /// A flat convex opening.
@@ -45,10 +61,19 @@ pub(super) struct Polygon {
     /// Counter-clockwise, seen from where light goes.
     pub(super) corners: Vec<DVec3>,
     pub(super) normal: DVec3,
-    /// Luminance, cd/m².
-    pub(super) luminance: f64,
+    pub(super) light: Light,
     pub(super) front: Front,
     area: f64,
+    /// Whether points in its plane see it: intensity measured in that direction is of something that is not quite flat.
+    pub(super) edge_on: bool,
+}
+
+/// A convex body.
+pub(super) struct BodySource {
+    pub(super) body: Body,
+    pub(super) light: Light,
+    /// Its triangles in the scene's mesh.
+    pub(super) own: Range<u32>,
 }
 
 /// Many small triangles.
@@ -68,17 +93,19 @@ struct Facet {
 pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<C>> {
     luminaires
         .iter()
-        .flat_map(|luminaire| {
+        .enumerate()
+        .flat_map(|(number, luminaire)| {
             let colour = channels::<C>(luminaire.colour);
             sources(luminaire).into_iter().map(move |source| {
                 let bounds = match &source {
                     Source::Point(point) => Bounds::around_exact([point.position]),
                     Source::Polygon(polygon) => Bounds::around_exact(polygon.corners.iter().copied()),
+                    Source::Body(body) => Bounds::around_exact(body.body.bounds()),
                     Source::Mesh(mesh) => {
                         Bounds::around(mesh.triangles.iter().flat_map(|f| [f.bounds.low, f.bounds.high]))
                     }
                 };
-                Emitter { source, bounds, colour, brightness: photometric(colour) }
+                Emitter { source, bounds, colour, brightness: photometric(colour), luminaire: number as u32 }
             })
         })
         .collect()
@@ -87,30 +114,62 @@ pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<
 fn sources(luminaire: &Luminaire) -> Vec<Source> {
     let flux = luminaire.flux.0;
     let flat = |corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening| {
-        Source::Polygon(Polygon { corners, normal, luminance: flux / (PI * whole), front: Front::new(&opening), area })
+        let light = Light::Lambertian(flux / (PI * whole));
+        Source::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
     };
     match &luminaire.opening {
         &Opening::Point { position, aim } => {
-            let solid_angle = if luminaire.distribution == Distribution::Isotropic { 4.0 * PI } else { PI };
-            let intensity = flux / solid_angle;
-            vec![Source::Point(PointSource { position, aim, intensity, distribution: luminaire.distribution })]
+            let intensity = match &luminaire.distribution {
+                Distribution::Isotropic => flux / (4.0 * PI),
+                Distribution::Lambertian => flux / PI,
+                Distribution::Measured(measured) => flux * measured.web().most(),
+            };
+            let distribution = luminaire.distribution.clone();
+            vec![Source::Point(PointSource { position, aim, flux, intensity, distribution })]
         }
         opening @ &Opening::Rectangle { centre, half_width, half_depth } => {
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(a, b)| centre + half_width * a + half_depth * b)
                 .to_vec();
+            if let Some(measured) = luminaire.measured() {
+                let turned = Opening::Rectangle { centre, half_width: half_depth, half_depth: half_width };
+                return both_sides(measured, flux, corners, [opening, &turned]);
+            }
             let cross = half_width.cross(half_depth);
             vec![flat(corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
         }
         opening @ &Opening::Disc { centre, aim, radius } => {
             let (x, y) = aim.any_orthonormal_pair();
             let y = y * x.cross(y).dot(aim).signum();
-            let step = 2.0 * PI / DISC_CORNERS as f64;
-            let rim = radius * (step / step.sin()).sqrt(); // equal areas: ½ n r² sin(2π/n) = π radius²
-            let corners = (0..DISC_CORNERS)
-                .map(|corner| centre + (x * (step * corner as f64).cos() + y * (step * corner as f64).sin()) * rim)
-                .collect();
+            let corners = rim(centre, x, y, radius);
+            if let Some(measured) = luminaire.measured() {
+                let turned = Opening::Disc { centre, aim: -aim, radius };
+                return both_sides(measured, flux, corners, [opening, &turned]);
+            }
             vec![flat(corners, aim, [PI * radius * radius; 2], opening.clone())]
+        }
+        opening @ &Opening::Ellipse { centre, half_width, half_depth } => {
+            let corners = rim(centre, half_width, half_depth, 1.0);
+            if let Some(measured) = luminaire.measured() {
+                let turned = Opening::Ellipse { centre, half_width: half_depth, half_depth: half_width };
+                return both_sides(measured, flux, corners, [opening, &turned]);
+            }
+            let cross = half_width.cross(half_depth);
+            vec![flat(corners, cross.normalize(), [PI * cross.length(); 2], opening.clone())]
+        }
+        &Opening::Body(body) => {
+            let light = match luminaire.measured() {
+                Some(measured) => {
+                    let most = flux * measured.web().most();
+                    Light::Web(WebLight::new(measured, flux, most, Shape::Body(body)))
+                }
+                None => Light::Lambertian(flux / (PI * body.surface())),
+            };
+            let own = match luminaire.body.as_slice() {
+                [first, .., last] => *first..last + 1,
+                _ => 0..0,
+            };
+            vec![Source::Body(BodySource { body, light, own })]
         }
         opening @ Opening::Triangles(triangles) => {
             let whole: f64 = triangles.iter().map(triangle_area).sum();
@@ -141,6 +200,75 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
     }
 }
 
+/// Corners of a polygon that has the area of the ellipse with these half axes times `radius`.
+fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3, radius: f64) -> Vec<DVec3> {
+    let step = 2.0 * PI / DISC_CORNERS as f64;
+    let rim = radius * (step / step.sin()).sqrt(); // equal areas: ½ n r² sin(2π/n) = π radius²
+    (0..DISC_CORNERS)
+        .map(|corner| {
+            let angle = step * corner as f64;
+            centre + (half_width * angle.cos() + half_depth * angle.sin()) * rim
+        })
+        .collect()
+}
+
+/// A flat opening as measured: its front, and its back where light leaves there; `openings` tell both.
+fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&Opening; 2]) -> Vec<Source> {
+    let mut turned = corners.clone();
+    turned.reverse();
+    let sides = [corners, turned].into_iter().zip(openings).enumerate();
+    let side = |(index, (corners, opening)): (usize, (Vec<DVec3>, &Opening))| {
+        let (area, normal) = opening.flat()?;
+        let most = flux * measured.web().most_towards(measured.local(normal));
+        let light = Light::Web(WebLight::new(measured, flux, most, Shape::flat(area, normal)));
+        let front = Front::new(opening);
+        let polygon = Polygon { corners, normal, light, front, area, edge_on: index == 0 };
+        (most > 0.0).then_some(Source::Polygon(polygon))
+    };
+    sides.filter_map(side).collect()
+}
+
+impl Light {
+    /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon; `whole` is
+    /// what all of it brings, or 0 where that is what is asked for.
+    pub(super) fn sum(&self, pieces: &Pieces, up: DVec3, whole: f64, parts: &mut Parts) -> f64 {
+        match self {
+            Self::Lambertian(luminance) => {
+                luminance * pieces.iter().map(|piece| lambert(piece, up)).sum::<f64>().max(0.0)
+            }
+            Self::Web(web) => web.sum(pieces.iter(), up, whole, parts),
+        }
+    }
+
+    /// The same for one piece that is all of it.
+    pub(super) fn whole(&self, piece: &[DVec3], up: DVec3, parts: &mut Parts) -> f64 {
+        match self {
+            Self::Lambertian(luminance) => luminance * lambert(piece, up).max(0.0),
+            Self::Web(web) => web.sum(std::iter::once(piece), up, 0.0, parts),
+        }
+    }
+}
+
+impl BodySource {
+    /// What the body brings at most, lx, to points at a distance (m) that see it under a cosine of at most `cosine`.
+    ///
+    /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen, and
+    /// E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε at most,
+    /// so the area seen by ε S/2.
+    fn most(&self, distance: f64, cosine: f64) -> f64 {
+        let per_square = cosine / (distance * distance);
+        match &self.light {
+            Light::Lambertian(luminance) => luminance * (self.body.surface() * per_square).min(PI),
+            Light::Web(web) => {
+                let least = self.body.least_projected_area();
+                let spread = 0.5 * self.body.surface() * self.body.radius() / distance;
+                let whole = if spread < least { (least + spread) / (least - spread) } else { f64::INFINITY };
+                web.most * (whole * per_square).min(PI / least)
+            }
+        }
+    }
+}
+
 impl<const C: usize> Emitter<C> {
     /// What the emitter brings to any point of a box at most if nothing is in the way, lx; `up` is the points' normal.
     pub(super) fn most(&self, points: &Bounds, up: DVec3) -> f64 {
@@ -152,7 +280,17 @@ impl<const C: usize> Emitter<C> {
             }
             Source::Polygon(polygon) => {
                 let plane = (polygon.normal, polygon.normal.dot(polygon.corners[0]));
-                polygon.luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
+                match &polygon.light {
+                    Light::Lambertian(luminance) => {
+                        luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
+                    }
+                    Light::Web(_) if points.along(plane.0)[1] < plane.1 => 0.0,
+                    Light::Web(web) => web.most * most_per_area(&self.bounds, None, points, up),
+                }
+            }
+            Source::Body(body) => {
+                let cosine = cosine_above(&self.bounds, points, up);
+                if cosine > 0.0 { body.most(self.bounds.distance(points), cosine) } else { 0.0 }
             }
             Source::Mesh(mesh) => {
                 mesh.luminance * mesh.triangles.iter().map(|facet| facet.most(points, up)).sum::<f64>()
@@ -168,6 +306,12 @@ impl<const C: usize> Emitter<C> {
             _ => 0.0,
         }
     }
+}
+
+/// The largest cosine with `up` under which points of one box can see points of another.
+fn cosine_above(shining: &Bounds, points: &Bounds, up: DVec3) -> f64 {
+    let above = shining.along(up)[1] - points.along(up)[0];
+    if above <= 0.0 { 0.0 } else { (above / shining.distance(points)).min(1.0) }
 }
 
 /// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is the
@@ -196,11 +340,12 @@ impl PointSource {
         let to = self.position - start;
         let distance = to.length();
         let direction = to / distance;
-        let spread = match self.distribution {
-            Distribution::Isotropic => 1.0,
-            Distribution::Lambertian => (-direction.dot(self.aim)).max(0.0),
+        let candela = match &self.distribution {
+            Distribution::Isotropic => self.intensity,
+            Distribution::Lambertian => self.intensity * (-direction.dot(self.aim)).max(0.0),
+            Distribution::Measured(measured) => self.flux * measured.at(-direction),
         };
-        let lux = self.intensity * spread * direction.dot(normal).max(0.0) / (distance * distance);
+        let lux = candela * direction.dot(normal).max(0.0) / (distance * distance);
         if lux.is_finite() { lux } else { 0.0 }
     }
 

@@ -1,9 +1,9 @@
-//! Direct light: Lambert's formula for what is seen of each opening.
+//! Direct light: Lambert's formula, or a sum over measured intensities, for what is seen of each opening.
 //!
 //! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there: a
 //! search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
 //! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled, and
-//! nothing missed. Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for
+//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast ([`web`]). Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for
 //! far luminaires that hardly matter.
 //!
 //! Every surface hides what lies behind it, glass too: what passes through glass or comes by mirrors arrives with the
@@ -13,6 +13,7 @@ pub mod blockers;
 pub(crate) mod emitter;
 pub mod polygon;
 mod sample;
+mod web;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -20,10 +21,13 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blockers::{Blockers, Bounds, Shaft};
-use self::emitter::{Emitter, Source, emitters};
-use self::polygon::{Pieces, Shadow, above_horizon, lambert};
+use self::emitter::{BodySource, Emitter, Light, Source, emitters};
+use self::polygon::{Pieces, Shadow, above_horizon};
+use self::sample::Target;
+use self::web::Parts;
 use super::receiver::Receiver;
-use crate::luminaire::Luminaire;
+use crate::luminaire::body::Body;
+use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 
@@ -32,6 +36,9 @@ pub const MOST_LEFT_OUT: f64 = 1e-4;
 /// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the lowest
 /// luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
 const BLOCKS: [(usize, usize); 3] = [(16, 4), (8, 4), (4, 2)];
+/// Points of a surface in a block, and in its parts: neighbours by how their triangle was halved.
+const RUN: usize = 16;
+const RUN_PART: usize = 4;
 /// Above this many triangles in the way of a part, points search on their own; above it for a point, rays sample.
 const MOST_BLOCKERS: usize = 192;
 /// Cuts for one point and opening before rays take over.
@@ -58,6 +65,17 @@ pub struct DirectLight<const C: usize> {
     pub left_out: Vec<f64>,
     /// Shadow rays cast.
     pub rays: u64,
+    /// The part of each light group, where asked for.
+    pub groups: Option<DirectGroups>,
+}
+
+/// Direct light by group; adds up to the whole but for rounding.
+#[derive(Clone, Debug)]
+pub struct DirectGroups {
+    /// E, lx: a row for each point, as [`LightGroups`] lays them out.
+    pub value: Vec<f32>,
+    /// Variance of the photometric E, lx²: for each point, of each group; none on a grid.
+    pub variance: Vec<f32>,
 }
 
 impl<const C: usize> DirectLight<C> {
@@ -84,22 +102,36 @@ pub fn direct_light<const C: usize>(
     seed: Seed,
     progress: impl Fn(u64) + Sync,
 ) -> DirectLight<C> {
+    direct_light_in_groups(luminaires, receiver, blockers, seed, progress, None)
+}
+
+/// The same, with the part of each light group if asked for: some ns a point and luminaire more.
+pub fn direct_light_in_groups<const C: usize>(
+    luminaires: &[Luminaire],
+    receiver: &Receiver,
+    blockers: &Blockers<'_>,
+    seed: Seed,
+    progress: impl Fn(u64) + Sync,
+    groups: Option<&LightGroups>,
+) -> DirectLight<C> {
     let emitters = emitters::<C>(luminaires);
-    let gather = Gather { receiver, up: receiver.normal.as_dvec3(), blockers, emitters: &emitters, seed };
+    let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
         let before = done.fetch_add(points as u64, Ordering::Relaxed);
         let step = |points: u64| (u128::from(points) * u128::from(steps) / receiver.len().max(1) as u128) as u64;
         progress(step(before + points as u64) - step(before));
     };
-    let found: Vec<(Vec<usize>, Vec<Sum<C>>, u64)> = gather
+    let found: Vec<LitBlock<C>> = gather(receiver.normal)
         .blocks()
         .into_par_iter()
         .map_init(Scratch::default, |scratch, block| {
             scratch.rays = 0;
-            let sums = gather.block(&block, scratch);
+            let gather = gather(receiver.normal_at(block.points[0]));
+            let mut by_group = gather.rows(block.points.len());
+            let sums = gather.block(&block, &mut by_group, scratch);
             advance(block.points.len());
-            (block.points, sums, scratch.rays)
+            LitBlock { points: block.points, sums, by_group: by_group.map(f64_to_f32), rays: scratch.rays }
         })
         .collect();
     let points = receiver.len();
@@ -108,8 +140,20 @@ pub fn direct_light<const C: usize>(
         variance: vec![0.0; points],
         left_out: vec![0.0; points],
         rays: 0,
+        groups: groups.map(|_| {
+            let [value, variance] = gather(receiver.normal).rows(points).map(f64_to_f32);
+            DirectGroups { value, variance }
+        }),
     };
-    for (points, sums, rays) in found {
+    for LitBlock { points, sums, by_group, rays } in found {
+        if let Some(DirectGroups { value, variance }) = &mut light.groups {
+            for (from, to) in by_group.iter().zip([value, variance]) {
+                let width = from.len() / points.len();
+                points.iter().enumerate().for_each(|(row, &point)| {
+                    to[point * width..][..width].copy_from_slice(&from[row * width..][..width]);
+                });
+            }
+        }
         for (point, sum) in points.into_iter().zip(sums) {
             light.value[point] = sum.value;
             light.variance[point] = sum.variance;
@@ -118,6 +162,20 @@ pub fn direct_light<const C: usize>(
         light.rays += rays;
     }
     light
+}
+
+/// What the points of a block have got.
+struct LitBlock<const C: usize> {
+    points: Vec<usize>,
+    sums: Vec<Sum<C>>,
+    /// Rows of E and of variances by light group.
+    by_group: [Vec<f32>; 2],
+    rays: u64,
+}
+
+/// Rows of sums in single precision.
+fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
+    rows.into_iter().map(|sum| sum as f32).collect()
 }
 
 /// Points that are close to each other.
@@ -171,9 +229,22 @@ impl<const C: usize> Sum<C> {
 #[derive(Clone, Copy)]
 struct Blocker {
     corners: [DVec3; 4],
-    count: usize,
+    count: u32,
+    guard: Guard,
     normal: DVec3,
     area: f64,
+}
+
+/// Whence a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and from points
+/// on the body's side it is behind.
+#[derive(Clone, Copy)]
+enum Guard {
+    /// From everywhere: it lies in front of a flat opening.
+    Always,
+    /// Its own plane: it hides the body from the side of its normal, or from the other.
+    Own(bool),
+    /// The plane of a facet of the body.
+    Facet(u16),
 }
 
 impl Blocker {
@@ -186,9 +257,9 @@ impl Blocker {
         if length <= 0.0 || above.iter().all(|&above| above <= 0.0) {
             return None;
         }
-        let (mut corners, mut count) = ([DVec3::ZERO; 4], 0);
+        let (mut corners, mut count) = ([DVec3::ZERO; 4], 0_u32);
         let mut push = |corner: DVec3| {
-            corners[count] = corner;
+            corners[count as usize] = corner;
             count += 1;
         };
         for i in 0..3 {
@@ -200,11 +271,42 @@ impl Blocker {
                 push(triangle[i] + (triangle[j] - triangle[i]) * (above[i] / (above[i] - above[j])));
             }
         }
-        Some(Self { corners, count, normal: cross / length, area: length })
+        Some(Self { corners, count, guard: Guard::Always, normal: cross / length, area: length })
+    }
+
+    /// What of a triangle is outside of a body.
+    fn around(body: &Body, triangle: [DVec3; 3], found: &mut Vec<Self>) {
+        let Some(whole) = Self::above(triangle, DVec3::ZERO, -1.0) else { return };
+        let height = whole.normal.dot(triangle[0]);
+        if body.reach(whole.normal) <= height {
+            found.push(Self { guard: Guard::Own(true), ..whole });
+        } else if -body.reach(-whole.normal) >= height {
+            found.push(Self { guard: Guard::Own(false), ..whole });
+        } else {
+            body.parts_outside(&triangle, |facet, part| {
+                for i in (1..part.len() - 1).step_by(2) {
+                    let mut corners = [DVec3::ZERO; 4];
+                    let end = (i + 3).min(part.len());
+                    corners[0] = part[0];
+                    corners[1..=end - i].copy_from_slice(&part[i..end]);
+                    found.push(Self { corners, count: (end - i) as u32 + 1, guard: Guard::Facet(facet), ..whole });
+                }
+            });
+        }
+    }
+
+    /// Whether it is between `eye` and what it may hide.
+    #[inline]
+    fn is_before(&self, source: &Source, eye: DVec3) -> bool {
+        match (self.guard, source) {
+            (Guard::Own(side), _) => ((eye - self.corners[0]).dot(self.normal) > 0.0) == side,
+            (Guard::Facet(facet), Source::Body(body)) => body.body.is_above(facet, eye),
+            _ => true,
+        }
     }
 
     fn corners(&self) -> &[DVec3] {
-        &self.corners[..self.count]
+        &self.corners[..self.count as usize]
     }
 }
 
@@ -229,12 +331,17 @@ struct View {
     edges: Vec<DVec3>,
     /// Largest coordinate of its corners.
     size: f64,
+    /// Height over a measured flat opening's plane, m.
+    flat_on: f64,
     /// What is still lit, and whether any shadow fell on it.
     lit: Pieces,
     touched: bool,
     cuts_done: usize,
     next: Pieces,
     cuts: [Vec<DVec3>; 2],
+    /// Outline of a body.
+    outline: Vec<DVec3>,
+    parts: Parts,
 }
 
 /// What may stand in the way.
@@ -251,14 +358,32 @@ struct Gather<'a, const C: usize> {
     blockers: &'a Blockers<'a>,
     emitters: &'a [Emitter<C>],
     seed: Seed,
+    groups: Option<&'a LightGroups>,
 }
 
 impl<const C: usize> Gather<'_, C> {
-    /// The grid in squares of points, each in smaller squares; without a grid, each point on its own.
+    /// The grid in squares of points, each in smaller squares. Without a grid, points that follow one another and look
+    /// the same way, as samples of a triangle do; each sensor on its own.
     fn blocks(&self) -> Vec<Block> {
         let receiver = self.receiver;
         let Some([columns, rows]) = receiver.grid else {
-            return (0..receiver.len()).map(|point| Block { points: vec![point], ends: vec![1] }).collect();
+            let most = if receiver.is_plane() { 1 } else { RUN };
+            let mut blocks: Vec<Block> = Vec::new();
+            for point in 0..receiver.len() {
+                match blocks.last_mut() {
+                    Some(Block { points, ends })
+                        if points.len() < most && receiver.normal_at(points[0]) == receiver.normal_at(point) =>
+                    {
+                        points.push(point);
+                        match ends.last_mut() {
+                            Some(end) if points.len() % RUN_PART != 1 => *end = points.len(),
+                            _ => ends.push(points.len()),
+                        }
+                    }
+                    _ => blocks.push(Block { points: vec![point], ends: vec![1] }),
+                }
+            }
+            return blocks;
         };
         let plane = receiver.origin.as_dvec3().dot(self.up);
         let heights = self.emitters.iter().map(|emitter| emitter.bounds.along(self.up)[1] - plane);
@@ -296,7 +421,7 @@ impl<const C: usize> Gather<'_, C> {
 
     /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
     /// until those left over can't matter any more.
-    fn block(&self, block: &Block, scratch: &mut Scratch) -> Vec<Sum<C>> {
+    fn block(&self, block: &Block, by_group: &mut [Vec<f64>; 2], scratch: &mut Scratch) -> Vec<Sum<C>> {
         let bounds = self.bounds(&block.points);
         let mut order: Vec<(f64, usize)> =
             self.emitters.iter().enumerate().map(|(i, emitter)| (emitter.most(&bounds, self.up), i)).collect();
@@ -307,6 +432,7 @@ impl<const C: usize> Gather<'_, C> {
         }
         let none = Sum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
         let mut sums = vec![none; block.points.len()];
+        let mut before = Vec::new();
         for ((most, emitter), rest) in order.into_iter().zip(rest) {
             for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MOST_LEFT_OUT * sum.lux) {
                 (sum.left_out, sum.open) = (rest, false);
@@ -314,9 +440,32 @@ impl<const C: usize> Gather<'_, C> {
             if !sums.iter().any(|sum| sum.open) {
                 break;
             }
+            if self.groups.is_some() {
+                before.clear();
+                before.extend(sums.iter().map(|sum| (sum.value, sum.variance)));
+            }
             self.add(emitter, most, block, &bounds, &mut sums, scratch);
+            if let Some(groups) = self.groups {
+                let group = groups.group(self.emitters[emitter].luminaire) as usize;
+                let [value, variance] = &mut *by_group;
+                let [width, number] = [value.len() / sums.len(), variance.len() / sums.len()];
+                for (point, (sum, before)) in sums.iter().zip(&before).enumerate() {
+                    (0..C).for_each(|c| value[point * width + group * C + c] += sum.value[c] - before.0[c]);
+                    if number > 0 {
+                        variance[point * number + group] += sum.variance - before.1;
+                    }
+                }
+            }
         }
         sums
+    }
+
+    /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.
+    fn rows(&self, points: usize) -> [Vec<f64>; 2] {
+        let groups = self.groups.map_or([0; 2], |groups| {
+            [groups.width::<C>(), if self.receiver.grid.is_some() { 0 } else { groups.len() }]
+        });
+        groups.map(|width| vec![0.0; points * width])
     }
 
     /// Adds the light of one emitter, `most` lx at most, to the points of a block that are open.
@@ -344,7 +493,7 @@ impl<const C: usize> Gather<'_, C> {
                     for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
                         let mut stream = seed.stream(point as u64);
                         let start = self.receiver.start(point);
-                        let normal = self.receiver.normal;
+                        let normal = self.up.as_vec3();
                         sum.add(emitter, mesh.sample(start, normal, &scratch.shares, self.blockers, &mut stream));
                         scratch.rays += 2 * u64::from(sample::MESH_STRATA);
                     }
@@ -362,11 +511,11 @@ impl<const C: usize> Gather<'_, C> {
                     }
                 }
             }
-            Source::Polygon(_) => self.add_polygon(number, most, block, bounds, sums, scratch),
+            Source::Polygon(_) | Source::Body(_) => self.add_opening(number, most, block, bounds, sums, scratch),
         }
     }
 
-    fn add_polygon(
+    fn add_opening(
         &self,
         number: usize,
         most: f64,
@@ -376,7 +525,8 @@ impl<const C: usize> Gather<'_, C> {
         scratch: &mut Scratch,
     ) {
         let emitter = &self.emitters[number];
-        let Source::Polygon(polygon) = &emitter.source else { return };
+        let source = &emitter.source;
+        let Some(light) = source.light() else { return };
         let Scratch { block: in_block, part: in_part, point: at_point, suspects, view, rays, .. } = scratch;
         let is_weak = |sum: &Sum<C>| {
             most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MOST_GLIMPSED * sum.lux).powi(2)
@@ -402,14 +552,13 @@ impl<const C: usize> Gather<'_, C> {
             suspects.clear();
             for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
                 let eye = self.eye(point);
-                let lux = polygon.luminance * view.look(polygon, eye, self.up);
+                let lux = view.look(source, eye, self.up);
                 if lux <= 0.0 {
                     continue;
                 }
                 let weak = is_weak(sum);
                 if !weak && !matches!(for_part, Some(InTheWay::Nothing | InTheWay::Few)) {
-                    let front = self.front(emitter, polygon.normal, bounds);
-                    let (hidden, cast) = self.is_hidden(point, polygon.normal, front, suspects, view);
+                    let (hidden, cast) = self.is_hidden(point, emitter, bounds, suspects, view);
                     *rays += cast;
                     if hidden {
                         continue;
@@ -426,8 +575,9 @@ impl<const C: usize> Gather<'_, C> {
                 };
                 let exact = match in_the_way {
                     InTheWay::Nothing => Some(lux),
-                    InTheWay::Few if !weak || list.len() <= MOST_BLOCKERS_IF_WEAK => {
-                        view.cut(list, eye, self.up).map(|lit| lit.map_or(lux, |lit| polygon.luminance * lit))
+                    InTheWay::Few if (!weak || list.len() <= MOST_BLOCKERS_IF_WEAK) && view.has_room() => {
+                        let touched = view.cut(list, source, eye);
+                        touched.map(|touched| if touched { view.sum(light, self.up, lux) } else { lux })
                     }
                     InTheWay::Few | InTheWay::Many => None,
                 };
@@ -435,10 +585,16 @@ impl<const C: usize> Gather<'_, C> {
                     || {
                         let mut stream = self.seed.branch(number as u64).stream(point as u64);
                         let (start, caster) = (self.receiver.start(point), self.blockers.caster);
+                        let normal = self.up.as_vec3();
+                        let target = match source {
+                            Source::Body(body) => Target::body(body, &view.whole),
+                            Source::Polygon(polygon) => Target::Flat(polygon),
+                            Source::Point(_) | Source::Mesh(_) => return (0.0, 0.0),
+                        };
                         let seen = if weak {
-                            sample::glimpse(&polygon.front, start, caster, &mut stream)
+                            sample::glimpse(&target, start, normal, caster, &mut stream)
                         } else {
-                            sample::look(&polygon.front, start, self.receiver.normal, caster, &mut stream)
+                            sample::look(&target, start, normal, caster, &mut stream)
                         };
                         *rays += seen.rays;
                         (lux * seen.share, lux * lux * seen.variance)
@@ -459,34 +615,48 @@ impl<const C: usize> Gather<'_, C> {
     fn is_hidden(
         &self,
         point: usize,
-        normal: DVec3,
-        front: f64,
+        emitter: &Emitter<C>,
+        points: &Bounds,
         suspects: &mut Vec<Blocker>,
         view: &mut View,
     ) -> (bool, u64) {
+        let source = &emitter.source;
+        let ahead = self.ahead(emitter, points);
         let start = self.receiver.start(point);
         let eye = start.as_dvec3();
         view.start();
         for suspect in suspects.iter() {
-            view.hide(suspect, eye);
+            view.hide(suspect, source, eye);
         }
+        let mut found = Vec::new();
         for cast in 0..u64::from(PROBES) {
             let Some(piece) = view.lit.iter().next() else { return (true, cast) };
             let to = piece.iter().sum::<DVec3>() / piece.len() as f64;
-            // As far as just before the opening's plane.
-            let [here, there] = [eye.dot(normal), (eye + to).dot(normal)];
-            let reach = to.length() * ((here - front) / (here - there)).clamp(0.0, 1.0);
+            let reach = match (source, ahead) {
+                // As far as just before the opening's plane.
+                (_, Some((normal, front))) => {
+                    let [here, there] = [eye.dot(normal), (eye + to).dot(normal)];
+                    to.length() * ((here - front) / (here - there)).clamp(0.0, 1.0)
+                }
+                (Source::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
+                _ => 0.0,
+            };
             let Some(hit) = self.blockers.caster.closest_hit(start, to.normalize().as_vec3(), reach as f32) else {
                 return (false, cast + 1);
             };
-            let Some(blocker) = Blocker::above(self.blockers.corners(hit.triangle), normal, front) else {
-                return (false, cast + 1);
-            };
-            if !view.hide(&blocker, eye) {
-                return (false, cast + 1);
+            found.clear();
+            source.blockers(ahead, hit.triangle, self.blockers.corners(hit.triangle), &mut found);
+            let mut hides = false;
+            for blocker in &found {
+                if view.hide(blocker, source, eye) {
+                    hides = true;
+                    if suspects.len() < MOST_SUSPECTS {
+                        suspects.push(*blocker);
+                    }
+                }
             }
-            if suspects.len() < MOST_SUSPECTS {
-                suspects.push(blocker);
+            if !hides {
+                return (false, cast + 1);
             }
         }
         (view.lit.len() == 0, u64::from(PROBES))
@@ -495,10 +665,18 @@ impl<const C: usize> Gather<'_, C> {
     fn shaft(&self, emitter: &Emitter<C>, points: &Bounds) -> Shaft {
         let mut shaft = Shaft::between(points, &emitter.bounds);
         shaft.in_front_of(self.up, points.along(self.up)[0]);
-        if let Source::Polygon(polygon) = &emitter.source {
-            shaft.in_front_of(polygon.normal, self.front(emitter, polygon.normal, points));
+        if let Some((normal, front)) = self.ahead(emitter, points) {
+            shaft.in_front_of(normal, front);
         }
         shaft
+    }
+
+    /// The plane just in front of a flat opening.
+    fn ahead(&self, emitter: &Emitter<C>, points: &Bounds) -> Option<(DVec3, f64)> {
+        match &emitter.source {
+            Source::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
+            _ => None,
+        }
     }
 
     /// Height of the plane just in front of an opening: what lies behind it, the luminaire's own body for one, hides
@@ -512,14 +690,10 @@ impl<const C: usize> Gather<'_, C> {
     /// Finds what may stand between some points and an emitter, the largest first.
     fn search(&self, emitter: &Emitter<C>, points: &Bounds, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
         found.clear();
-        let plane = match &emitter.source {
-            Source::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
-            _ => None,
-        };
-        let (normal, height) = plane.unwrap_or((DVec3::ZERO, -1.0));
+        let ahead = self.ahead(emitter, points);
         let shaft = self.shaft(emitter, points);
-        self.blockers.search(&shaft, |triangle| {
-            found.extend(Blocker::above(triangle, normal, height));
+        self.blockers.search(&shaft, |number, triangle| {
+            emitter.source.blockers(ahead, number, triangle, found);
             found.len() <= most
         });
         if found.len() > most {
@@ -531,13 +705,41 @@ impl<const C: usize> Gather<'_, C> {
 }
 
 impl View {
-    /// Looks at an opening from a point: projected solid angle of all of it, sr.
-    fn look(&mut self, polygon: &emitter::Polygon, eye: DVec3, up: DVec3) -> f64 {
-        if (eye - polygon.corners[0]).dot(polygon.normal) <= 0.0 {
-            return 0.0;
-        }
-        above_horizon(&polygon.corners, eye, up, &mut self.whole);
-        if self.whole.len() < 3 { 0.0 } else { lambert(&self.whole, up).max(0.0) }
+    /// Looks at an opening from a point: the illuminance of all of it, lx.
+    fn look(&mut self, source: &Source, eye: DVec3, up: DVec3) -> f64 {
+        self.flat_on = f64::INFINITY;
+        let light = match source {
+            Source::Polygon(polygon) => {
+                let height = (eye - polygon.corners[0]).dot(polygon.normal);
+                if height < 0.0 || (height == 0.0 && !polygon.edge_on) {
+                    return 0.0;
+                }
+                if let Light::Web(_) = polygon.light {
+                    self.flat_on = height;
+                }
+                above_horizon(&polygon.corners, eye, up, &mut self.whole);
+                &polygon.light
+            }
+            Source::Body(body) => {
+                body.body.outline(eye, &mut self.outline);
+                above_horizon(&self.outline, DVec3::ZERO, up, &mut self.whole);
+                &body.light
+            }
+            Source::Point(_) | Source::Mesh(_) => return 0.0,
+        };
+        if self.whole.len() < 3 { 0.0 } else { light.whole(&self.whole, up, &mut self.parts) }
+    }
+
+    /// Whether shadows can be cut out of the opening looked at last: seen edge on it has no room for them.
+    fn has_room(&self) -> bool {
+        self.flat_on == f64::INFINITY
+            || self.flat_on
+                > 1e-9 * self.whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()))
+    }
+
+    /// Illuminance by what is still lit, lx; `whole` is that of all.
+    fn sum(&mut self, light: &Light, up: DVec3, whole: f64) -> f64 {
+        light.sum(&self.lit, up, whole, &mut self.parts)
     }
 
     /// Gets ready to cut shadows out of the opening looked at last.
@@ -553,11 +755,14 @@ impl View {
     }
 
     /// Cuts out the shadow of one blocker; whether it falls on the opening.
-    fn hide(&mut self, blocker: &Blocker, eye: DVec3) -> bool {
-        let Self { whole, edges, size, lit, next, cuts, cuts_done, touched } = self;
+    fn hide(&mut self, blocker: &Blocker, source: &Source, eye: DVec3) -> bool {
+        let Self { whole, edges, size, lit, next, cuts, cuts_done, touched, .. } = self;
+        if !blocker.is_before(source, eye) {
+            return false;
+        }
         let mut corners = blocker.corners;
         corners.iter_mut().for_each(|corner| *corner -= eye);
-        let corners = &corners[..blocker.count];
+        let corners = &corners[..blocker.count as usize];
         if edges.iter().any(|edge| corners.iter().all(|corner| edge.dot(*corner) <= 0.0)) {
             return false;
         }
@@ -575,20 +780,42 @@ impl View {
         true
     }
 
-    /// Cuts the shadows of some blockers out of the opening looked at last. What is left (projected solid angle, sr), or
-    /// `Some(None)` if that is all of it, or `None` if that takes too many cuts.
-    fn cut(&mut self, blockers: &[Blocker], eye: DVec3, up: DVec3) -> Option<Option<f64>> {
+    /// Cuts the shadows of some blockers out of the opening looked at last, and tells whether any falls on it; nothing if that
+    /// takes too many cuts.
+    fn cut(&mut self, blockers: &[Blocker], source: &Source, eye: DVec3) -> Option<bool> {
         self.start();
         for blocker in blockers {
-            self.hide(blocker, eye);
+            self.hide(blocker, source, eye);
             if self.lit.len() == 0 {
-                return Some(Some(0.0));
+                return Some(true);
             }
             if self.cuts_done > MOST_CUTS {
                 return None;
             }
         }
-        Some(self.touched.then(|| self.lit.iter().map(|piece| lambert(piece, up)).sum::<f64>().max(0.0)))
+        Some(self.touched)
+    }
+}
+
+impl Source {
+    fn light(&self) -> Option<&Light> {
+        match self {
+            Self::Polygon(polygon) => Some(&polygon.light),
+            Self::Body(body) => Some(&body.light),
+            Self::Point(_) | Self::Mesh(_) => None,
+        }
+    }
+
+    /// What of a triangle may hide something of the source; `ahead` is the plane just in front of it, if it is flat.
+    fn blockers(&self, ahead: Option<(DVec3, f64)>, number: u32, triangle: [DVec3; 3], found: &mut Vec<Blocker>) {
+        match self {
+            Self::Body(BodySource { own, .. }) if own.contains(&number) => {}
+            Self::Body(BodySource { body, .. }) => Blocker::around(body, triangle, found),
+            _ => {
+                let (normal, height) = ahead.unwrap_or((DVec3::ZERO, -1.0));
+                found.extend(Blocker::above(triangle, normal, height));
+            }
+        }
     }
 }
 

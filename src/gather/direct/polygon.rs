@@ -90,6 +90,41 @@ impl Pieces {
         self.ends.len()
     }
 
+    /// Takes the last one out; false if there is none.
+    pub(super) fn pop(&mut self, piece: &mut Vec<DVec3>) -> bool {
+        if self.ends.pop().is_none() {
+            return false;
+        }
+        let start = self.ends.last().copied().unwrap_or(0);
+        piece.clear();
+        piece.extend(self.corners.drain(start..));
+        true
+    }
+
+    /// Adds both parts of a piece that the plane n · x = height cuts.
+    pub(super) fn push_halves(&mut self, piece: &[DVec3], n: DVec3, height: f64) {
+        for (n, height) in [(n, height), (-n, -height)] {
+            let start = self.corners.len();
+            let above = |corner: DVec3| corner.dot(n) - height;
+            let mut before = piece[piece.len() - 1];
+            for &here in piece {
+                let (a, b) = (above(before), above(here));
+                if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
+                    self.corners.push(before + (here - before) * (a / (a - b)));
+                }
+                if b >= 0.0 {
+                    self.corners.push(here);
+                }
+                before = here;
+            }
+            if self.corners.len() - start >= 3 {
+                self.ends.push(self.corners.len());
+            } else {
+                self.corners.truncate(start);
+            }
+        }
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| &self.corners[start..end])

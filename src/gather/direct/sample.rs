@@ -1,9 +1,9 @@
 //! Shadow rays, where too many triangles are in the way of an opening to cut each shadow out of it, or it matters too little.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
+use super::emitter::{BodySource, Light, Polygon};
 use crate::embree::RayCaster;
-use crate::luminaire::emit::Front;
 use crate::photon::random::Stream;
 
 /// Strata along each side of an opening: of a first look with one ray each, and of a second with two each where the first
@@ -24,12 +24,94 @@ pub(super) struct Seen {
 /// The most that the variance of one ray's yes or no can be: a share p seen has p (1 − p).
 pub(super) const GLIMPSE: f64 = 0.25;
 
+/// Where rays to an opening end.
+pub(super) enum Target<'a> {
+    /// On a flat opening.
+    Flat(&'a Polygon),
+    /// On a body, which has an outline as seen from the point; towards unit vectors that are its corners and its middle.
+    Body { source: &'a BodySource, corners: Vec<DVec3>, middle: DVec3, shares: Vec<f64> },
+}
+
+/// A ray to an opening.
+struct Aimed {
+    direction: Vec3,
+    distance: f32,
+    /// What the opening brings from there, in any unit.
+    weight: f64,
+}
+
+impl<'a> Target<'a> {
+    /// A body, by its outline relative to the point.
+    pub(super) fn body(source: &'a BodySource, outline: &[DVec3]) -> Self {
+        let corners: Vec<DVec3> = outline.iter().map(|corner| corner.normalize_or_zero()).collect();
+        let middle = corners.iter().sum::<DVec3>().normalize_or_zero();
+        let shares = (0..corners.len()).scan(0.0, |sum, i| {
+            *sum += (corners[i] - middle).cross(corners[(i + 1) % corners.len()] - middle).length();
+            Some(*sum)
+        });
+        Self::Body { source, shares: shares.collect(), corners, middle }
+    }
+
+    /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the unit
+    /// square for equal areas of it, or of the triangles from the middle of an outline to its corners.
+    fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> Aimed {
+        match self {
+            Self::Flat(polygon) => {
+                let (target, facing) = polygon.front.point_off(0.0, at, start, caster);
+                let to = target - start;
+                let distance = to.length();
+                let direction = to / distance;
+                let weight = match &polygon.light {
+                    Light::Lambertian(_) => {
+                        let weight = direction.dot(normal).max(0.0) * (-direction.dot(facing)).max(0.0);
+                        f64::from(weight / (distance * distance))
+                    }
+                    Light::Web(web) => {
+                        let weight = direction.dot(normal).max(0.0) / (distance * distance);
+                        f64::from(weight) * web.intensity(-direction.as_dvec3())
+                    }
+                };
+                Aimed { direction, distance, weight }
+            }
+            Self::Body { source, corners, middle, shares } => {
+                let whole = shares.last().copied().unwrap_or(0.0);
+                let [choice, v] = at.map(f64::from);
+                let i = shares.partition_point(|&share| share <= choice * whole).min(corners.len() - 1);
+                let before = if i == 0 { 0.0 } else { shares[i - 1] };
+                let root = ((choice * whole - before) / (shares[i] - before)).clamp(0.0, 1.0).sqrt();
+                let (a, b) = (corners[i] - middle, corners[(i + 1) % corners.len()] - middle);
+                let to = *middle + a * (root * (1.0 - v)) + b * (root * v);
+                let direction = to.normalize_or_zero();
+                // As far as the body's surface, or through it where the outline is a little larger.
+                let eye = start.as_dvec3();
+                let reach = (source.body.centre - eye).length() + source.body.radius();
+                let distance = source.body.entry(eye, direction).unwrap_or(reach);
+                let luminance = match &source.light {
+                    Light::Lambertian(luminance) => *luminance,
+                    Light::Web(web) => web.luminance(-direction),
+                };
+                let solid_angle = a.cross(b).normalize_or_zero().dot(direction).abs() / to.length_squared();
+                let weight = luminance * direction.dot(normal.as_dvec3()).max(0.0) * solid_angle;
+                Aimed { direction: direction.as_vec3(), distance: distance as f32, weight }
+            }
+        }
+    }
+
+    /// Whether nothing is in the way of a ray: nothing but the body itself, which is not quite the solid it stands for.
+    fn sees(&self, ray: &Aimed, start: Vec3, caster: &RayCaster) -> bool {
+        match self {
+            Self::Flat(_) => !caster.is_occluded(start, ray.direction, ray.distance),
+            Self::Body { source, .. } => caster
+                .closest_hit(start, ray.direction, ray.distance)
+                .is_none_or(|hit| source.own.contains(&hit.triangle)),
+        }
+    }
+}
+
 /// What one ray to anywhere on an opening tells of it.
-pub(super) fn glimpse(front: &Front, start: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
-    let (target, _) = front.point_off(0.0, stream.uniform_pair(), start, caster);
-    let to = target - start;
-    let distance = to.length();
-    let share = if caster.is_occluded(start, to / distance, distance) { 0.0 } else { 1.0 };
+pub(super) fn glimpse(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
+    let ray = target.aim(stream.uniform_pair(), start, normal, caster);
+    let share = if target.sees(&ray, start, caster) { 1.0 } else { 0.0 };
     Seen { share, variance: GLIMPSE, rays: 1 }
 }
 
@@ -37,22 +119,18 @@ pub(super) fn glimpse(front: &Front, start: Vec3, caster: &RayCaster, stream: &m
 ///
 /// Two rays in each stratum tell its variance without bias. Where a first look saw all of it or nothing, one stratum of n
 /// may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its square.
-pub(super) fn look(front: &Front, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
+pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
     let mut rays = 0;
     // Weight of a ray, and whether it gets through.
     let mut cast = |stratum: u32, side: u32| {
         let [a, b] = stream.uniform_pair();
         let at = [(stratum % side) as f32 + a, (stratum / side) as f32 + b].map(|x| x / side as f32);
-        let (target, facing) = front.point_off(0.0, at, start, caster);
-        let to = target - start;
-        let distance = to.length();
-        let direction = to / distance;
-        let weight = direction.dot(normal).max(0.0) * (-direction.dot(facing)).max(0.0) / (distance * distance);
-        if !(weight > 0.0 && weight.is_finite()) {
+        let ray = target.aim(at, start, normal, caster);
+        if !(ray.weight > 0.0 && ray.weight.is_finite()) {
             return (0.0, 0.0);
         }
         rays += 1;
-        (f64::from(weight), if caster.is_occluded(start, direction, distance) { 0.0 } else { 1.0 })
+        (ray.weight, if target.sees(&ray, start, caster) { 1.0 } else { 0.0 })
     };
     let (mut whole, mut clear) = (0.0, 0.0);
     for stratum in 0..FIRST * FIRST {

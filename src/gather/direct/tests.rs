@@ -83,6 +83,7 @@ fn at_grid_of(
         across: v(0.0, cell * cells[1] as f64, 0.0),
         cells,
         kind: PlaneKind::Air,
+        areas: Default::default(),
     };
     let receiver = Receiver::of_plane(&plane, blockers.caster, 1e-4, 1.0);
     direct_light(luminaires, &receiver, blockers, Seed(1), |_| ())

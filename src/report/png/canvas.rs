@@ -35,6 +35,11 @@ impl Font {
         (text.chars().count() * self.advance()) as i32
     }
 
+    /// Whether its letters are bold.
+    pub(super) fn is_bold(self) -> bool {
+        matches!(self.weight, FontWeight::Bold)
+    }
+
     /// Width of a character, pixels.
     fn advance(self) -> usize {
         get_raster_width(self.weight, self.height)
@@ -138,17 +143,22 @@ impl Canvas {
 
     /// The picture as a PNG file.
     pub(super) fn encode(&self) -> io::Result<Vec<u8>> {
-        let mut file = Vec::new();
-        let mut encoder = ::png::Encoder::new(&mut file, self.pixmap.width(), self.pixmap.height());
-        encoder.set_color(::png::ColorType::Rgb);
-        encoder.set_depth(::png::BitDepth::Eight);
-        encoder.set_compression(::png::Compression::Fast); // best would take longer than a small run itself
         let rgb: Vec<u8> = self.pixmap.data().chunks_exact(4).flat_map(|rgba| &rgba[..3]).copied().collect();
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&rgb)?;
-        writer.finish()?;
-        Ok(file)
+        encode(self.pixmap.width(), self.pixmap.height(), &rgb)
     }
+}
+
+/// A PNG file of sRGB pixels, row by row from the top left, three bytes each.
+pub(super) fn encode(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut file, width, height);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_compression(::png::Compression::Fast); // best would take longer than a small run itself
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgb)?;
+    writer.finish()?;
+    Ok(file)
 }
 
 /// A path through points, if there are two or more and all are finite.

@@ -1,0 +1,151 @@
+//! Photons counted where they are met: on samples of measured surfaces, and near measured bodies.
+//!
+//! Illuminance is flux over area. A sample of a surface has an area, so the photons that land on it are all that is
+//! needed: no search, no edge to correct, no light from behind. A body gets the light that passes it: a flight closer than
+//! R, seen end on, crosses a disc of π R² about the body, and counts by the body's kernel.
+
+use glam::{DVec3, Vec3};
+
+use super::bodies::Body;
+use super::density::Estimate;
+use super::receiver::{Keep, Receiver};
+use crate::embree::RayCaster;
+use crate::photon::flux::{Flux, photometric};
+use crate::photon::random::{Seed, Stream};
+use crate::photon::trace::{Flight, Recorder};
+use crate::scene::{MeasuredSurface, Mesh};
+
+/// Rays that look for the nearest surface about a body, whose disc must not reach it.
+const LOOKS: u64 = 256;
+
+/// What photons brought to each point of a receiver.
+pub struct Counts<const C: usize> {
+    /// Σ φ, lm, and Σ φ² of the photometric flux, of each point.
+    sums: Vec<([f64; C], f64)>,
+    /// m².
+    areas: Vec<f64>,
+}
+
+impl<const C: usize> Counts<C> {
+    /// None yet, of points that stand for these areas (m²).
+    pub fn new(areas: Vec<f64>) -> Self {
+        Self { sums: vec![([0.0; C], 0.0); areas.len()], areas }
+    }
+
+    /// Adds a photon.
+    pub fn add(&mut self, met: &Met<C>) {
+        let (sum, squares) = &mut self.sums[met.point as usize];
+        (0..C).for_each(|c| sum[c] += f64::from(met.flux.0[c]));
+        *squares += photometric(met.flux.0.map(f64::from)).powi(2);
+    }
+
+    /// E at a point after `maps` sets of photons, each of the luminaires' whole flux. Its variance is that of independent
+    /// photons; with none it is 0 ± 0.
+    pub fn estimate(&self, point: usize, maps: f64) -> Estimate<C> {
+        let whole = maps * self.areas[point];
+        let (sum, squares) = self.sums[point];
+        Estimate { value: sum.map(|flux| flux / whole), variance: squares / (whole * whole) }
+    }
+}
+
+/// What photons are watched for at one receiver.
+pub enum Watched<'a> {
+    /// Nothing: planes count crossings by themselves.
+    Nothing,
+    /// Samples of a surface.
+    Surface(&'a MeasuredSurface),
+    /// Bodies, where they are, and the squares of their discs' radii, m².
+    Bodies(Vec<(Body, Vec3, f32)>),
+}
+
+impl Watched<'_> {
+    /// Bodies at the points of a receiver; their discs have the radius `radius` (m), less where a surface is nearer.
+    pub fn bodies(receiver: &Receiver, radius: f32, floor: f32, caster: &RayCaster) -> Self {
+        let around = |(point, &body): (usize, &Body)| {
+            let at = receiver.start(point);
+            let mut stream: Stream = Seed(0).stream(point as u64);
+            let ends = (0..LOOKS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));
+            let nearest = ends.map(|hit| 0.9 * hit.distance).fold(radius, f32::min).max(floor);
+            (body, at, nearest * nearest)
+        };
+        Self::Bodies(receiver.bodies().iter().enumerate().map(around).collect())
+    }
+
+    /// What the discs' areas are, m².
+    pub fn areas(&self) -> Vec<f64> {
+        match self {
+            Self::Nothing => Vec::new(),
+            Self::Surface(surface) => surface.samples.iter().map(|sample| sample.area()).collect(),
+            Self::Bodies(bodies) => bodies.iter().map(|body| std::f64::consts::PI * f64::from(body.2)).collect(),
+        }
+    }
+}
+
+/// A photon where it is counted.
+pub struct Met<const C: usize> {
+    /// Number of the receiver.
+    pub receiver: u32,
+    /// Number of its point.
+    pub point: u32,
+    /// lm, by the kernel.
+    pub flux: Flux<C>,
+}
+
+/// Keeps the photons that are counted.
+pub struct CountRecorder<'a, const C: usize> {
+    watched: &'a [Watched<'a>],
+    mesh: &'a Mesh,
+    keep: Keep,
+    met: Vec<Met<C>>,
+}
+
+impl<'a, const C: usize> CountRecorder<'a, C> {
+    /// An empty record for what is `watched` at each receiver.
+    pub fn new(watched: &'a [Watched<'a>], mesh: &'a Mesh, keep: Keep) -> Self {
+        Self { watched, mesh, keep, met: Vec::new() }
+    }
+
+    /// One record out of many, in order.
+    pub fn merge(records: Vec<Self>) -> Vec<Met<C>> {
+        records.into_iter().flat_map(|record| record.met).collect()
+    }
+}
+
+impl<const C: usize> Recorder<C> for CountRecorder<'_, C> {
+    #[inline]
+    fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
+        if !self.keep.keeps(flight.history) {
+            return;
+        }
+        for (receiver, watched) in self.watched.iter().enumerate() {
+            match watched {
+                Watched::Nothing => {}
+                Watched::Surface(surface) => {
+                    if let Some(hit) = flight.hit
+                        && surface.faces(hit.normal.as_dvec3(), flight.direction.as_dvec3())
+                        && let Some(sample) = surface.sample_at(hit.triangle, hit.position.as_dvec3(), self.mesh)
+                    {
+                        self.met.push(Met { receiver: receiver as u32, point: sample as u32, flux });
+                    }
+                }
+                Watched::Bodies(bodies) => {
+                    let end = flight.hit.map_or(f32::INFINITY, |hit| hit.distance);
+                    for (point, (body, at, radius_squared)) in bodies.iter().enumerate() {
+                        let to = *at - flight.origin;
+                        let along = to.dot(flight.direction);
+                        let off = to - flight.direction * along;
+                        if 0.0 < along && along < end && off.length_squared() < *radius_squared {
+                            let towards: DVec3 = -flight.direction.as_dvec3();
+                            let kernel = body.measure.kernel(body.axis, towards) as f32;
+                            self.met.push(Met {
+                                receiver: receiver as u32,
+                                point: point as u32,
+                                flux: flux.scaled(kernel),
+                            });
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

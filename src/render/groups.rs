@@ -1,0 +1,255 @@
+//! Light groups: which of the luminaires brings what, told by the photons and rays of the whole.
+//!
+//! Every estimate here is a sum, with weights, over photons and rays that each know their luminaire. So a group's light is
+//! the same sum over its own part, with the weights chosen for the whole (windows of the smoothing, k of the densities): a
+//! run traces nothing more for its groups, and they add up to the whole. A group's part may read a little below 0 where the
+//! whole does not, since weights of polynomial fits may.
+
+use rayon::prelude::*;
+
+use super::{Place, Rendering};
+use crate::error::Error;
+use crate::gather::density::GroupSums;
+use crate::gather::receiver::Receiver;
+use crate::gather::smooth::BATCHES;
+use crate::luminaire::LightGroups;
+use crate::photon::flux::photometric;
+use crate::report::{GroupMap, GroupReading};
+use crate::scene::Measure;
+use crate::scene::plan::Method;
+
+/// Most memory that light groups may take, bytes.
+const MOST_MEMORY: f64 = 4e9;
+
+/// Sharp and smooth light, as the two photon maps of a receiver hold them.
+pub(super) const SHARP: usize = 0;
+/// See [`SHARP`].
+pub(super) const SMOOTH: usize = 1;
+
+/// Light by group at the points of a receiver. Rows are laid out as [`LightGroups`] says.
+pub(super) struct PlaceGroups {
+    /// Numbers in a row.
+    width: usize,
+    /// Groups whose variance is kept: all of sensors, none of maps.
+    variances: usize,
+    /// Densities with several k; see [`DensityRows`].
+    pub(super) density: Vec<f32>,
+    pub(super) layout: DensityRows,
+    /// Which scale of the densities was chosen at each point, of sharp and smooth light.
+    pub(super) scales: [Vec<u8>; 2],
+    /// Which window of the smoothing was.
+    pub(super) windows: Vec<usize>,
+    /// Light that has bounced: a row for each point.
+    bounced: Vec<f32>,
+    /// Variance of the photometric value of that, lx²: for each point, of each group.
+    variance: Vec<f64>,
+}
+
+/// Where sums of densities lie: for each point, kind of light and scale a row of E, then one of variances.
+#[derive(Clone, Copy)]
+pub(super) struct DensityRows {
+    /// Numbers of E.
+    width: usize,
+    /// Numbers of E and of variances.
+    pub(super) stride: usize,
+    scales: usize,
+    /// Which of the kinds comes first, second or nowhere.
+    kinds: [Option<usize>; 2],
+}
+
+impl DensityRows {
+    /// Numbers of a point.
+    pub(super) fn of_point(&self) -> usize {
+        self.kinds.iter().flatten().count() * self.scales * self.stride
+    }
+
+    /// A row of sums set to nothing.
+    pub(super) fn sums<'a>(&self, row: &'a mut [f64]) -> GroupSums<'a> {
+        row.fill(0.0);
+        let (lux, variance) = row.split_at_mut(self.width);
+        GroupSums { lux, variance }
+    }
+
+    /// Adds a row to that of its kind and scale among those of a point.
+    pub(super) fn add(&self, rows: &mut [f32], kind: usize, scale: usize, row: &[f64]) {
+        let Some(start) = self.start(kind, scale) else { return };
+        rows[start..][..self.stride].iter_mut().zip(row).for_each(|(sum, lux)| *sum += *lux as f32);
+    }
+
+    /// Where the rows of a kind and scale begin among those of a point.
+    fn start(&self, kind: usize, scale: usize) -> Option<usize> {
+        self.kinds[kind].map(|kind| (kind * self.scales + scale) * self.stride)
+    }
+}
+
+impl<const C: usize> Rendering<'_, C> {
+    /// The groups to be told apart, if asked for and if there are several.
+    ///
+    /// # Errors
+    /// Where the method knows of none, or they would take too much memory.
+    pub(super) fn choose_groups(&mut self) -> Result<(), Error> {
+        let groups = LightGroups::of(&self.scene.luminaires);
+        if !self.settings.groups || groups.len() < 2 {
+            return Ok(());
+        }
+        if self.plan.method == Method::Seed {
+            return Err(Error::Usage(
+                "--groups: found method seed, expected gather, split, path or photons; the paper's estimator knows no \
+                 groups"
+                    .into(),
+            ));
+        }
+        let scene = self.scene;
+        let counted = self.plan.photons && (!self.plan.method.sends_rays() || self.plan.caustics);
+        let body = scene.sensors.iter().find(|sensor| sensor.measure != Measure::Plane);
+        if let (true, Some(sensor)) = (counted, body) {
+            return Err(Error::Usage(format!(
+                "--groups: found sensor {} ({}) where photons are counted, expected method gather or path and no mirror or \
+                 glass, or measure = \"plane\"",
+                sensor.name,
+                sensor.measure.name(),
+            )));
+        }
+        let of_points = |points: usize, variances: usize| {
+            let layout = self.density_rows(groups.width::<C>(), variances);
+            let rows = if variances > 0 { BATCHES } else { 1 };
+            // Direct light, samples, their means, what smoothing makes of them, the map itself; densities.
+            let row = groups.width::<C>() * (4 + 8 * rows + 4 + 4 + 4) + 8 * variances + 4 * layout.of_point();
+            points as f64 * row as f64
+        };
+        let cells: usize = scene.planes.iter().map(|plane| plane.len()).sum();
+        let bytes = of_points(cells, 0) + of_points(scene.sensors.len(), groups.len());
+        if bytes > MOST_MEMORY {
+            return Err(Error::Usage(format!(
+                "--groups: found {} light groups at {} points, which take about {:.0} GB, expected at most {:.0} GB; \
+                 fewer cells do, or luminaires that share a group",
+                groups.len(),
+                cells + scene.sensors.len(),
+                (bytes / 1e9).ceil(),
+                MOST_MEMORY / 1e9,
+            )));
+        }
+        self.groups = Some(groups);
+        Ok(())
+    }
+
+    fn density_rows(&self, width: usize, variances: usize) -> DensityRows {
+        let (method, caustics) = (self.plan.method, self.plan.caustics);
+        let sharp = self.plan.photons && (method == Method::Photons || caustics);
+        let smooth = matches!(method, Method::Photons | Method::Split) && self.plan.photons;
+        let kinds = [sharp.then_some(0), smooth.then_some(usize::from(sharp))];
+        DensityRows { width, stride: width + variances, scales: self.scales().len(), kinds }
+    }
+
+    /// Empty sums for a receiver.
+    pub(super) fn place_groups(&self, receiver: &Receiver) -> Option<PlaceGroups> {
+        let groups = self.groups.as_ref()?;
+        let (width, points) = (groups.width::<C>(), receiver.len());
+        let variances = if receiver.grid.is_some() { 0 } else { groups.len() };
+        let layout = self.density_rows(width, variances);
+        Some(PlaceGroups {
+            width,
+            variances,
+            density: vec![0.0; points * layout.of_point()],
+            layout,
+            scales: Default::default(),
+            windows: Vec::new(),
+            bounced: Vec::new(),
+            variance: Vec::new(),
+        })
+    }
+
+    /// Their names; none where groups are not told apart.
+    pub(super) fn group_names(&self) -> &[String] {
+        self.groups.as_ref().map_or(&[], |groups| groups.names())
+    }
+
+    /// The part of a light group in a map.
+    pub(super) fn group_map(&self, place: &Place<C>, group: usize) -> GroupMap {
+        let values: Vec<[f64; C]> = (0..place.receiver.len()).map(|point| place.group_value(point, group)).collect();
+        let rgb = |value: &[f64; C]| std::array::from_fn(|c| value[if C == 1 { 0 } else { c }] as f32);
+        GroupMap {
+            illuminance: values.iter().map(|value| photometric(*value) as f32).collect(),
+            rgb: self.plan.coloured.then(|| values.iter().map(rgb).collect()),
+        }
+    }
+
+    /// What all passes say of each group's light that has bounced, by the choices made for the whole.
+    pub(super) fn conclude_groups(&mut self, places: &mut [Place<C>]) {
+        if self.groups.is_none() {
+            return;
+        }
+        let passes = self.density_passes();
+        self.timed("light groups", places.len() as u64, |this| {
+            for place in places {
+                let Place { receiver, has_value, smoother, samples, groups: Some(groups), .. } = place else {
+                    continue;
+                };
+                let means = samples.as_ref().map_or_else(Vec::new, |samples| samples.group_means());
+                groups.bounced = match smoother {
+                    Some(smoother) => smoother.apply(&groups.windows, &means, groups.width, has_value),
+                    None if samples.is_some() => means,
+                    None => vec![0.0; receiver.len() * groups.width],
+                };
+                let variance = |point: usize, group: usize| {
+                    samples.as_ref().map_or(0.0, |samples| samples.group_variance(point, group))
+                };
+                let points = 0..if groups.variances > 0 { receiver.len() } else { 0 };
+                groups.variance = points
+                    .flat_map(|point| (0..groups.variances).map(move |group| (point, group)))
+                    .map(|(p, g)| variance(p, g))
+                    .collect();
+                groups.add_densities(passes);
+                this.progress.advance(1);
+            }
+        });
+    }
+}
+
+impl PlaceGroups {
+    /// Adds the densities with the k chosen at each point; `passes` of them are in the sums.
+    fn add_densities(&mut self, passes: f64) {
+        let Self { width, variances, density, layout, scales, bounced, variance, .. } = self;
+        let (width, variances) = (*width, *variances);
+        let kinds = [SHARP, SMOOTH].into_iter().filter(|&kind| layout.start(kind, 0).is_some());
+        for kind in kinds {
+            let chosen = |point: usize| {
+                let start = layout.start(kind, scales[kind][point].into()).unwrap_or(0);
+                density[point * layout.of_point() + start..][..layout.stride].split_at(width)
+            };
+            bounced.par_chunks_mut(width).enumerate().with_min_len(64).for_each(|(point, row)| {
+                let sums = row.iter_mut().zip(chosen(point).0);
+                sums.for_each(|(lux, sum)| *lux = (f64::from(*lux) + f64::from(*sum) / passes) as f32);
+            });
+            for (index, variance) in variance.iter_mut().enumerate() {
+                let (point, group) = (index / variances, index % variances);
+                *variance += f64::from(chosen(point).1[group]) / (passes * passes);
+            }
+        }
+    }
+}
+
+impl<const C: usize> Place<C> {
+    /// E of a light group at a point in each channel, lx; 0 where the point has no value.
+    fn group_value(&self, point: usize, group: usize) -> [f64; C] {
+        let Some(groups) = self.groups.as_ref().filter(|_| self.has_value[point]) else { return [0.0; C] };
+        let direct = self.direct.as_ref().and_then(|light| light.groups.as_ref());
+        let at = |rows: &[f32], c| rows.get(point * groups.width + group * C + c).map_or(0.0, |lux| f64::from(*lux));
+        std::array::from_fn(|c| at(&groups.bounced, c) + direct.map_or(0.0, |direct| at(&direct.value, c)))
+    }
+
+    /// What a light group brings to a sensor.
+    pub(super) fn group_reading(&self, point: usize, group: usize) -> GroupReading {
+        let Some(groups) = self.groups.as_ref().filter(|_| self.has_value[point]) else {
+            return GroupReading { illuminance: 0.0, standard_error: 0.0 };
+        };
+        let index = point * groups.variances + group;
+        let direct = self.direct.as_ref().and_then(|light| light.groups.as_ref());
+        let spread = direct.and_then(|direct| direct.variance.get(index)).map_or(0.0, |variance| f64::from(*variance));
+        let variance = groups.variance.get(index).copied().unwrap_or(0.0) + spread;
+        GroupReading {
+            illuminance: photometric(self.group_value(point, group)),
+            standard_error: variance.max(0.0).sqrt(),
+        }
+    }
+}

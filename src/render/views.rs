@@ -1,0 +1,210 @@
+//! Images under way: what the rays of every pixel have found so far.
+//!
+//! A pixel is the mean over its own square (a box filter): rays go through places spread evenly over it. Layers that
+//! compositors mix are such means too, E and albedo and normal, times coverage as EXR's alpha has it; depth and position
+//! are those of the ray through the pixel's middle, for a mean of two surfaces would lie where there is none.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::embree::RayCaster;
+use crate::gather::camera::{Draw, Eye, first_surface};
+use crate::gather::sight::Sight;
+use crate::photon::flux::photometric;
+use crate::photon::random::Seed;
+use crate::report::{CameraImage, Layer};
+use crate::scene::Camera;
+
+/// Depth of a pixel whose middle sees nothing, m: farther than all else, as Blender writes it.
+const NOTHING: f32 = 1e10;
+
+/// World coordinates up to this, m, are written as they are: single precision then tells half a millimetre.
+const LARGEST_POSITION: f64 = 4096.0;
+
+/// One camera's image under way.
+pub(super) struct View<'a, const C: usize> {
+    camera: &'a Camera,
+    pixels: Vec<Pixel<C>>,
+    /// Z and P of each pixel, m, once it is known.
+    places: Vec<(f32, [f32; 3])>,
+    /// World position of P's origin, m.
+    origin: DVec3,
+    /// Rays of each pixel so far.
+    samples: u64,
+    /// Independent parts they came in.
+    batches: u32,
+}
+
+/// Sums over the rays of a pixel.
+#[derive(Clone, Copy)]
+struct Pixel<const C: usize> {
+    direct: [f64; C],
+    indirect: [f64; C],
+    luminance: [f64; C],
+    albedo: [f32; C],
+    normal: [f32; 3],
+    coverage: f32,
+    /// Mean of the batches' photometric E, lx, and Σ of their squared deviations (Welford).
+    mean: f64,
+    scatter: f64,
+}
+
+impl<const C: usize> Pixel<C> {
+    const NEW: Self = Self {
+        direct: [0.0; C],
+        indirect: [0.0; C],
+        luminance: [0.0; C],
+        albedo: [0.0; C],
+        normal: [0.0; 3],
+        coverage: 0.0,
+        mean: 0.0,
+        scatter: 0.0,
+    };
+}
+
+/// What one batch of rays may ask.
+pub(super) struct Batch<'e, const C: usize> {
+    pub(super) eye: &'e Eye<'e, C>,
+    pub(super) seed: Seed,
+    /// Rays a pixel.
+    pub(super) rays: u64,
+}
+
+impl<'a, const C: usize> View<'a, C> {
+    /// An image of nothing yet; `centre` is the world position of the scene's origin, m.
+    pub(super) fn new(camera: &'a Camera, centre: DVec3, sight: &Sight<'_, C>, caster: &RayCaster) -> Self {
+        let far = (centre + camera.eye).abs().max_element().max(centre.abs().max_element()) > LARGEST_POSITION;
+        let origin = if far { centre.round() } else { DVec3::ZERO };
+        let columns = camera.pixels[0];
+        let place = |pixel: usize| {
+            let middle = [pixel % columns, pixel / columns].map(|index| index as f64 + 0.5);
+            let direction = camera.direction(middle).as_vec3();
+            let Some((hit, _)) = first_surface(sight, caster, camera.eye.as_vec3(), direction) else {
+                return (NOTHING, [0.0; 3]);
+            };
+            let position = hit.position.as_dvec3();
+            let depth = (position - camera.eye).dot(camera.forward);
+            (depth as f32, (position + (centre - origin)).as_vec3().to_array())
+        };
+        Self {
+            camera,
+            pixels: vec![Pixel::NEW; camera.len()],
+            places: (0..camera.len()).into_par_iter().with_min_len(64).map(place).collect(),
+            origin,
+            samples: 0,
+            batches: 0,
+        }
+    }
+
+    /// Number of pixels.
+    pub(super) fn len(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// Adds a batch of rays to every pixel, row by row; returns how many were cast in all.
+    pub(super) fn look(&mut self, batch: &Batch<'_, C>, progress: impl Fn(u64) + Sync) -> u64 {
+        let camera = self.camera;
+        let columns = camera.pixels[0];
+        let (origin, count) = (camera.eye.as_vec3(), batch.rays);
+        self.samples += count;
+        self.batches += 1;
+        let (batches, cast) = (f64::from(self.batches), AtomicU64::new(0));
+        let memory = || batch.eye.caustics.map(|caustics| caustics.scratch());
+        self.pixels.par_chunks_mut(columns).enumerate().for_each_init(memory, |scratch, (row, pixels)| {
+            let mut rays = 0;
+            for (column, pixel) in pixels.iter_mut().enumerate() {
+                let mut stream = batch.seed.stream((row * columns + column) as u64);
+                let [place_shift, direction_shift] = [stream.uniform_pair(), stream.uniform_pair()];
+                let lamp_shift = stream.uniform();
+                let mut sum = 0.0;
+                for ray in 0..count {
+                    let [x, y] = super::low_discrepancy(ray, place_shift).map(f64::from);
+                    let direction = camera.direction([column as f64 + x, row as f64 + y]).as_vec3();
+                    let mut draw = Draw {
+                        at: super::low_discrepancy(ray, direction_shift),
+                        lamps: ((ray as f32 + lamp_shift) / count as f32).min(0.999_999_9),
+                        caustics: if ray == 0 { count as f64 } else { 0.0 },
+                        scratch: scratch.as_mut(),
+                        stream: &mut stream,
+                        rays: &mut rays,
+                    };
+                    let seen = batch.eye.look(origin, direction, &mut draw);
+                    let Pixel { direct, indirect, luminance, albedo, normal, coverage, .. } = pixel;
+                    (0..C).for_each(|c| luminance[c] += seen.luminance[c]);
+                    let Some(surface) = seen.surface else { continue };
+                    for c in 0..C {
+                        direct[c] += surface.light.direct[c];
+                        indirect[c] += surface.light.indirect[c];
+                        albedo[c] += surface.albedo[c];
+                    }
+                    (0..3).for_each(|axis| normal[axis] += surface.normal[axis]);
+                    *coverage += 1.0;
+                    sum += photometric(surface.light.direct) + photometric(surface.light.indirect);
+                }
+                let found = sum / count as f64;
+                let off = found - pixel.mean;
+                pixel.mean += off / batches;
+                pixel.scatter += off * (found - pixel.mean);
+            }
+            cast.fetch_add(rays, Ordering::Relaxed);
+            progress(columns as u64);
+        });
+        cast.into_inner()
+    }
+
+    /// Claimed standard error of a pixel, root mean square, relative to the image's mean E; 0 in the dark.
+    pub(super) fn claim(&self) -> f64 {
+        let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
+        for pixel in self.pixels.iter().filter(|pixel| pixel.coverage > 0.0) {
+            sum += pixel.mean;
+            variance += self.variance(pixel);
+            count += 1.0;
+        }
+        if sum > 0.0 { (variance * count).sqrt() / sum } else { 0.0 }
+    }
+
+    /// Variance of a pixel's photometric E, lx².
+    fn variance(&self, pixel: &Pixel<C>) -> f64 {
+        let batches = f64::from(self.batches);
+        pixel.scatter / (batches * (batches - 1.0)).max(1.0)
+    }
+
+    /// The image, `centre` being the world position of the scene's origin, m.
+    pub(super) fn image(&self, centre: DVec3) -> CameraImage {
+        let per_sample = 1.0 / self.samples.max(1) as f64;
+        let each = |value: &dyn Fn(&Pixel<C>) -> f64| -> Vec<f32> {
+            self.pixels.iter().map(|pixel| value(pixel) as f32).collect()
+        };
+        let mean = |sums: &dyn Fn(&Pixel<C>) -> [f64; C]| {
+            Layer((0..C).map(|c| each(&|pixel| sums(pixel)[c] * per_sample)).collect())
+        };
+        let camera = self.camera;
+        let normal = |axis: usize| each(&|pixel| f64::from(pixel.normal[axis]) * per_sample);
+        let position = |axis: usize| self.places.iter().map(|(_, position)| position[axis]).collect();
+        CameraImage {
+            name: camera.name.clone(),
+            // To a nanometre: moving the scene to its middle and back has left a rounding error.
+            eye: ((camera.eye + centre) * 1e9).round() / 1e9,
+            forward: camera.forward,
+            up: camera.up,
+            fov: camera.fov,
+            screen_width: camera.screen_width(),
+            pixels: camera.pixels,
+            samples: self.samples,
+            claim: self.claim(),
+            illuminance: mean(&|pixel| std::array::from_fn(|c| pixel.direct[c] + pixel.indirect[c])),
+            direct: mean(&|pixel| pixel.direct),
+            indirect: mean(&|pixel| pixel.indirect),
+            luminance: mean(&|pixel| pixel.luminance),
+            standard_error: each(&|pixel| self.variance(pixel).sqrt()),
+            albedo: mean(&|pixel| pixel.albedo.map(f64::from)),
+            normal: Layer((0..3).map(normal).collect()),
+            depth: self.places.iter().map(|(depth, _)| *depth).collect(),
+            position: Layer((0..3).map(position).collect()),
+            position_origin: self.origin,
+            coverage: each(&|pixel| f64::from(pixel.coverage) * per_sample),
+        }
+    }
+}
