@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
-use crate::report::table::{maintained, method};
+use crate::report::table::{self, maintained, method};
 use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
@@ -104,19 +104,9 @@ fn areas(map: &IlluminanceMap) -> String {
 
 /// An area's line.
 fn area(area: &AreaFigures) -> [String; 9] {
-    let found = &area.figures;
-    let known = |text: String| if found.cells > 0 { text } else { "–".into() };
-    [
-        escape(&area.title()),
-        known(short(found.mean.0)),
-        known(short(found.min.0)),
-        known(short(found.max.0)),
-        known(format!("{:.2}", found.uniformity)),
-        known(format!("{:.2}", found.diversity)),
-        found.cells.to_string(),
-        area.required_in_words(),
-        verdict(area.meets_required()),
-    ]
+    let [title, rest @ .., _] = table::area(area);
+    let [mean, min, max, uniformity, diversity, cells, required] = rest;
+    [escape(&title), mean, min, max, uniformity, diversity, cells, required, verdict(area.meets_required())]
 }
 
 /// All measured surfaces in one table.

@@ -114,7 +114,7 @@ fn plane(map: &IlluminanceMap) -> [String; 9] {
 }
 
 /// An area's line.
-fn area(area: &AreaFigures) -> [String; 9] {
+pub(super) fn area(area: &AreaFigures) -> [String; 9] {
     let found = &area.figures;
     let known = |text: String| if found.cells > 0 { text } else { "–".into() };
     [
