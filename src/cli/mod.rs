@@ -1,6 +1,7 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
 mod converge;
+mod luminaire;
 mod plan;
 mod progress;
 mod render;
@@ -27,6 +28,7 @@ enum Command {
     Plan(plan::Arguments),
     Converge(converge::Arguments),
     Trees(trees::Arguments),
+    Luminaire(luminaire::Arguments),
 }
 
 /// What a command that ran found out.
@@ -48,6 +50,7 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Converge(arguments) => converge::run(&arguments),
         Command::Trees(arguments) => trees::run(&arguments),
+        Command::Luminaire(arguments) => luminaire::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

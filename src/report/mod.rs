@@ -10,6 +10,7 @@ pub mod exr;
 mod file;
 pub mod html;
 pub mod json;
+pub mod luminaire;
 mod npy;
 pub(crate) mod number;
 mod plot;

@@ -9,6 +9,7 @@
 mod canvas;
 mod grid;
 mod labels;
+pub(super) mod polar;
 mod scale;
 
 use std::io;

@@ -1,9 +1,31 @@
 //! Photometric files: luminous intensity as laboratories publish it.
+//!
+//! [`Photometry::read`] takes LM-63 (`.ies`, editions 1986 to 2019) and EULUMDAT (`.ldt`) to the same terms: candelas of the
+//! luminaire on C-planes all around, sizes in metres. What each format says about directions and sizes, and where that is
+//! written, stands in `ies.rs`, `eulumdat.rs`, `opening.rs` and `table.rs`.
 
+mod eulumdat;
+mod ies;
+mod opening;
+mod table;
+mod text;
+
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
+pub use opening::{LuminousOpening, Shape};
+
+use self::table::Table;
+use self::text::Words;
 use super::intensity::Intensity;
-use crate::error::InputError;
+use crate::error::{InputError, Location};
+
+/// Largest intensity that is believed, cd: a hundred million times a searchlight's would be a mistake.
+const BRIGHTEST: f64 = 1e15;
+
+/// Share of the largest intensity up to which a negative one is taken for noise of the measurement.
+const NOISE: f64 = 0.01;
 
 /// What a photometric file says about a luminaire.
 #[derive(Clone, Debug)]
@@ -16,7 +38,7 @@ pub struct Photometry {
     pub catalogue: String,
     /// Who makes it; empty where the file has none.
     pub manufacturer: String,
-    /// Test report, laboratory, date, as far as the file tells: what it calls each, and the text.
+    /// What else the file tells (test report, laboratory, date …): what it calls it, and the text.
     pub remarks: Vec<(String, String)>,
     /// The lamps; in EULUMDAT files with several sets each is an alternative, and the first is the one that counts.
     pub lamps: Vec<Lamps>,
@@ -35,6 +57,8 @@ pub struct Photometry {
     pub downward: Option<f64>,
     /// Where light leaves.
     pub opening: LuminousOpening,
+    /// What tilting the luminaire does to its light (LM-63); `intensity` is for 0°.
+    pub tilt: Option<Tilt>,
     /// Electrical power, ballast included, W; `None` where the file says 0.
     pub power: Option<f64>,
     /// What is odd but accepted, each with its line: `line 14: …`.
@@ -47,7 +71,7 @@ impl Photometry {
     /// # Errors
     /// Where the file can't be read or isn't understood, with its line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        todo!("{path:?}")
+        Self::parse(path, &content(path)?)
     }
 
     /// The same from the content of a file; `path` names it in errors and tells where a tilt file is.
@@ -55,7 +79,19 @@ impl Photometry {
     /// # Errors
     /// See [`read`](Self::read).
     pub fn parse(path: &Path, content: &[u8]) -> Result<Self, InputError> {
-        todo!("{path:?} {content:?}")
+        let text = text::decode(path, content)?;
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        let ending = ending.as_deref();
+        match (ies::is_ies(&text), eulumdat::is_eulumdat(&text)) {
+            (true, _) => ies::parse(path, &text),
+            (false, true) => eulumdat::parse(path, &text),
+            (false, false) if ending == Some("ies") => ies::parse(path, &text),
+            (false, false) if ending == Some("ldt") => eulumdat::parse(path, &text),
+            (false, false) => {
+                let found = "neither a line TILT= nor the numbers that begin a EULUMDAT file";
+                Err(InputError::new(Location::file(path), found, "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)"))
+            }
+        }
     }
 }
 
@@ -136,41 +172,126 @@ pub enum Symmetry {
     Quadrant,
 }
 
-/// Where light leaves: a body around the photometric centre. Sizes are whole lengths (diameters, not radii), m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LuminousOpening {
-    /// Its form.
-    pub shape: Shape,
-    /// Size in the direction of C0–C180.
-    pub c0: f64,
-    /// Size in the direction of C90–C270.
-    pub c90: f64,
-    /// Size in the direction of the nadir; 0 for flat openings.
-    pub height: f64,
-    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can tell four, in other files all are
-    /// `height`.
-    pub sides: [f64; 4],
+/// What tilting a luminaire does to the light of its lamps (LM-63, `TILT=`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tilt {
+    /// 1: lamps stand upright while the luminaire hangs as measured; 2: they lie, and stay level when it is tilted; 3: they lie,
+    /// and are tilted with it.
+    pub geometry: u8,
+    /// Degrees, ascending.
+    pub angles: Vec<f64>,
+    /// What intensities are multiplied by at each angle.
+    pub factors: Vec<f64>,
 }
 
-/// Form of a luminous opening. One of the sizes of a rectangle or box may be 0 (a line), never all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// No extent, all sizes are 0.
-    Point,
-    /// Flat, faces the nadir.
-    Rectangle,
-    /// Flat, faces the nadir; a disc where both sizes are equal.
-    Ellipse,
-    /// A rectangle with luminous sides.
-    Box,
-    /// An ellipse with a luminous side; a cylinder where both sizes are equal.
-    VerticalCylinder,
-    /// A cylinder that lies along C0–C180; its section is an ellipse of `c90` and `height`.
-    CylinderAlongC0,
-    /// A cylinder that lies along C90–C270; its section is an ellipse of `c0` and `height`.
-    CylinderAlongC90,
-    /// A sphere where all sizes are equal.
-    Ellipsoid,
-    /// Flat and upright, faces C0; an ellipse of `c90` and `height`.
-    UprightEllipse,
+impl Tilt {
+    /// Factor at a tilt in degrees, linear between the angles; the first or last one beyond.
+    pub fn factor(&self, angle: f64) -> f64 {
+        let after = self.angles.partition_point(|&other| other <= angle);
+        if after == 0 || after == self.angles.len() {
+            return self.factors[after.min(self.angles.len() - 1)];
+        }
+        let share = (angle - self.angles[after - 1]) / (self.angles[after] - self.angles[after - 1]);
+        self.factors[after - 1] + (self.factors[after] - self.factors[after - 1]) * share
+    }
+
+    /// In words, as `lamps that lie and tilt with the luminaire, tilt factors 0.9 to 1`.
+    fn describe(&self) -> String {
+        let low = self.factors.iter().fold(f64::INFINITY, |low, factor| low.min(*factor));
+        let high = self.factors.iter().fold(0.0_f64, |high, factor| high.max(*factor));
+        let lamps = match self.geometry {
+            1 => "lamps that stand upright",
+            2 => "lamps that lie and stay level",
+            _ => "lamps that lie and tilt with the luminaire",
+        };
+        format!("{lamps}, tilt factors {low} to {high}")
+    }
+}
+
+/// What is odd but accepted.
+#[derive(Default)]
+struct Notes(Vec<String>);
+
+impl Notes {
+    /// A note about a line.
+    fn at(&mut self, line: usize, sentence: String) {
+        self.0.push(format!("line {line}: {sentence}"));
+    }
+}
+
+/// Content of a regular file that isn't too long.
+fn content(path: &Path) -> Result<Vec<u8>, InputError> {
+    let expected = "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)";
+    let refuse = |found: String| Err(InputError::new(Location::file(path), found, expected));
+    let mut content = Vec::new();
+    let read = File::open(path).and_then(|file| {
+        let regular = file.metadata()?.is_file();
+        if regular {
+            file.take(text::LONGEST + 1).read_to_end(&mut content)?;
+        }
+        Ok(regular)
+    });
+    match read {
+        Err(error) => refuse(format!("no file that can be read ({error})")),
+        Ok(false) => refuse("something that is no file".into()),
+        Ok(true) if content.len() as u64 > text::LONGEST => refuse(format!("more than {} MiB", text::LONGEST >> 20)),
+        Ok(true) => Ok(content),
+    }
+}
+
+/// Intensities of a table, cd.
+struct Values {
+    /// Line of the first.
+    line: usize,
+    candela: Vec<f64>,
+}
+
+impl Values {
+    /// Reads `count` numbers and multiplies them. Small negative ones, noise of a measurement, become 0.
+    fn read(path: &Path, words: &mut Words, count: usize, factor: f64, notes: &mut Notes) -> Result<Self, InputError> {
+        let first = words.at();
+        let mut candela = Vec::with_capacity(count);
+        let (mut lowest, mut largest) = ((first, 0.0_f64), 0.0_f64);
+        for number in 1..=count {
+            let (line, value) = words.number(&format!("intensity {number} of {count}"))?;
+            let value = value * factor;
+            if !(-BRIGHTEST..=BRIGHTEST).contains(&value) {
+                let at = Location::line(path, line);
+                return Err(InputError::new(
+                    at,
+                    format!("an intensity of {value} cd"),
+                    format!("{BRIGHTEST} cd at most"),
+                ));
+            }
+            if value < lowest.1 {
+                lowest = (line, value);
+            }
+            largest = largest.max(value);
+            candela.push(value.max(0.0));
+        }
+        let (line, low) = lowest;
+        if low < -NOISE * largest {
+            let found = format!("an intensity of {low} cd");
+            return Err(InputError::new(Location::line(path, line), found, "0 or more"));
+        }
+        if low < 0.0 {
+            notes.at(line, format!("negative intensities, down to {low} cd, taken for 0"));
+        }
+        if largest == 0.0 {
+            return Err(InputError::new(Location::line(path, first), "intensities that are all 0", "some light"));
+        }
+        Ok(Self { line: first, candela })
+    }
+}
+
+/// Tells where planes of type C disagree about the one direction they share.
+fn check_nadir(table: &Table, line: usize, notes: &mut Notes) {
+    let largest = table.candela.iter().fold(0.0_f64, |a, b| a.max(*b));
+    if table.angles[0] == 0.0 {
+        let values = table.candela.chunks(table.angles.len()).map(|plane| plane[0]);
+        let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+        if high - low > 0.02 * largest {
+            notes.at(line, format!("planes disagree about γ = 0°, which they share: {low} cd to {high} cd"));
+        }
+    }
 }

@@ -35,6 +35,11 @@ impl Font {
         (text.chars().count() * self.advance()) as i32
     }
 
+    /// Whether its letters are bold.
+    pub(super) fn is_bold(self) -> bool {
+        matches!(self.weight, FontWeight::Bold)
+    }
+
     /// Width of a character, pixels.
     fn advance(self) -> usize {
         get_raster_width(self.weight, self.height)
