@@ -218,8 +218,19 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("photometry = \"panel.ies\""),
-        "scene.toml:5: found photometry = \"panel.ies\" in [[luminaire]], expected \"lambertian\" or \"isotropic\"; \
-         measured photometry isn't in this version yet"
+        "scene.toml:5: found photometry = \"panel.ies\" (there is no such file), expected a photometric file (.ies, .ldt), \
+         \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
+    );
+    assert_eq!(
+        luminaire_says("photometry = \"room.obj\""),
+        "room.obj: found neither a line TILT= nor the numbers that begin a EULUMDAT file, expected a photometric file, \
+         LM-63 (.ies) or EULUMDAT (.ldt)"
+    );
+    assert_eq!(
+        luminaire_says("opening = { sphere = 0.3, disc = 0.3 }"),
+        "scene.toml:5: found opening = a table in [[luminaire]], expected \"point\", { rectangle = [a, b] }, { disc = \
+         diameter }, { ellipse = [a, b] }, { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, \
+         diameter] }, { sphere = diameter } or { ellipsoid = [a, b, height] } (m)"
     );
     assert_eq!(
         luminaire_says("opening = { disc = 1 }\nphotometry = \"isotropic\""),
@@ -232,8 +243,9 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("opening = \"sphere\""),
-        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] } or { disc = \
-         diameter } (m)"
+        "scene.toml:5: found opening = \"sphere\" in [[luminaire]], expected \"point\", { rectangle = [a, b] }, { disc = \
+         diameter }, { ellipse = [a, b] }, { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, \
+         diameter] }, { sphere = diameter } or { ellipsoid = [a, b, height] } (m)"
     );
     assert_eq!(
         luminaire_says("color = [0, 0, 0]"),
