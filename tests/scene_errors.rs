@@ -225,6 +225,17 @@ fn luminaires_that_can_t_be() {
          \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
     );
     assert_eq!(
+        luminaire_says("photometry = \"room.obj\""),
+        "room.obj: found neither a line TILT= nor the numbers that begin a EULUMDAT file, expected a photometric file, \
+         LM-63 (.ies) or EULUMDAT (.ldt)"
+    );
+    assert_eq!(
+        luminaire_says("opening = { sphere = 0.3, disc = 0.3 }"),
+        "scene.toml:5: found opening = a table in [[luminaire]], expected \"point\", { rectangle = [a, b] }, { disc = \
+         diameter }, { ellipse = [a, b] }, { box = [a, b, height] }, { cylinder = [diameter, height] }, { tube = [length, \
+         diameter] }, { sphere = diameter } or { ellipsoid = [a, b, height] } (m)"
+    );
+    assert_eq!(
         luminaire_says("opening = { disc = 1 }\nphotometry = \"isotropic\""),
         "scene.toml:6: found photometry = \"isotropic\" in [[luminaire]], expected \"lambertian\" for an opening with an \
          area; only points shine alike in all directions"

@@ -80,10 +80,7 @@ fn emitting_faces_send_out_pi_times_luminance_times_area() {
     assert!(
         (units::luminance(lamp.colour) - 1.0).abs() < 1e-12 && (lamp.colour[1] / lamp.colour[0] - 2.0).abs() < 1e-12
     );
-    assert_eq!(
-        (lamp.name.as_str(), lamp.group.as_str(), lamp.distribution.clone()),
-        ("a", "a", Distribution::Lambertian)
-    );
+    assert_eq!((lamp.name.as_str(), lamp.group.as_str(), &lamp.distribution), ("a", "a", &Distribution::Lambertian));
     let Opening::Triangles(triangles) = &lamp.opening else { panic!("faces stay faces") };
     assert_eq!(*triangles, [scene.mesh.corners(0)]);
 }
@@ -135,10 +132,7 @@ fn dimming_array_group_and_colour_reach_the_luminaires() {
     let Opening::Point { position, aim } = scene.luminaires[3].opening else { panic!("a point") };
     assert_eq!((position + scene.centre, aim), (DVec3::new(1.5, 2.0, 0.0), DVec3::NEG_Z));
     for lamp in &scene.luminaires {
-        assert_eq!(
-            (lamp.flux.0, lamp.group.as_str(), lamp.distribution.clone()),
-            (500.0, "row", Distribution::Isotropic)
-        );
+        assert_eq!((lamp.flux.0, lamp.group.as_str(), &lamp.distribution), (500.0, "row", &Distribution::Isotropic));
         assert!(lamp.colour[0] > lamp.colour[2] && (units::luminance(lamp.colour) - 1.0).abs() < 1e-12);
     }
 }

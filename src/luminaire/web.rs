@@ -29,6 +29,8 @@ pub struct Web {
     shares: Vec<f64>,
     /// For each step in γ: ∫ (1 − t) sin γ dγ and ∫ t sin γ dγ, t running from 0 to 1 over it.
     hats: Vec<[f64; 2]>,
+    /// For each step in γ the cosines of its ends, falling, and the largest intensity in it, cd/lm.
+    peaks: Vec<([f64; 2], f64)>,
     /// Largest intensity, cd/lm.
     most: f64,
     /// Angle over which intensity may change by its largest value, rad.
@@ -64,7 +66,13 @@ impl Web {
         }
         shares.iter_mut().for_each(|share| *share /= sum);
         let most = (0..planes).flat_map(|plane| intensity.plane(plane)).copied().fold(0.0, f64::max) / flux;
-        let mut web = Self { source: String::new(), intensity, flux, shares, hats, most, scale: PI };
+        let peak = |step: usize| {
+            let cosines = [step, step + 1].map(|end| intensity.angles()[end].to_radians().cos());
+            let largest = |plane: usize| intensity.plane(plane)[step].max(intensity.plane(plane)[step + 1]);
+            (cosines, (0..planes).map(largest).fold(0.0, f64::max) / flux)
+        };
+        let peaks = (0..hats.len()).map(peak).collect();
+        let mut web = Self { source: String::new(), intensity, flux, shares, hats, peaks, most, scale: PI };
         web.scale = (web.most / web.steepest()).min(PI);
         Some(web)
     }
@@ -127,6 +135,12 @@ impl Web {
         let gamma = on_ring(angles[step].to_radians(), angles[step + 1].to_radians(), ends, along);
         let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.sin_cos());
         DVec3::new(sin * cos_c, sin * sin_c, cos)
+    }
+
+    /// Largest intensity where the cosine of γ is in a range, cd/lm. Cost: O(angles).
+    pub fn most_between(&self, least: f64, most: f64) -> f64 {
+        let meets = |cosines: &[f64; 2]| cosines[1] <= most && cosines[0] >= least;
+        self.peaks.iter().filter(|(cosines, _)| meets(cosines)).map(|(_, peak)| *peak).fold(0.0, f64::max)
     }
 
     /// Largest intensity of the table's cells that reach to the side of the unit vector `side` (luminaire's frame), cd/lm: 0
@@ -256,6 +270,11 @@ impl Measured {
         let [across, along] = stream.uniform_pair().map(f64::from);
         let [x, y, z] = self.web.sample([choice, across, along]).to_array();
         (self.axes[0] * x + self.axes[1] * y + self.axes[2] * z).as_vec3().normalize()
+    }
+
+    /// Unit vector along γ = 0.
+    pub fn aim(&self) -> DVec3 {
+        self.axes[2]
     }
 
     /// A direction of the room in the luminaire's frame.

@@ -59,6 +59,12 @@ impl Bounds {
         gap(self.low, other.high).max(gap(other.low, self.high)).length()
     }
 
+    /// No point of one box is farther than this from any of the other, m.
+    pub(super) fn farthest(&self, other: &Self) -> f64 {
+        let reach = (other.high - self.low).abs().max((self.high - other.low).abs());
+        reach.as_dvec3().length()
+    }
+
     /// Largest coordinate, m.
     pub(super) fn largest_coordinate(&self) -> f32 {
         self.low.abs().max(self.high.abs()).max_element()

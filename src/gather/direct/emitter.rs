@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::blockers::{Blockers, Bounds};
 use super::polygon::{Pieces, lambert};
 use super::sample::MESH_STRATA;
-use super::web::{Parts, Shape, WebLight};
+use super::web::{Parts, Shape, WebLight, most_towards};
 use crate::embree::RayCaster;
 use crate::luminaire::body::Body;
 use crate::luminaire::emit::{Front, triangle_area};
@@ -43,8 +43,9 @@ pub(super) enum Source {
 pub(super) struct PointSource {
     position: DVec3,
     aim: DVec3,
-    /// Flux, lm, and largest intensity, cd.
+    /// Flux, lm.
     flux: f64,
+    /// Along the aim, if it isn't measured, cd.
     intensity: f64,
     distribution: Distribution,
 }
@@ -122,7 +123,7 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
             let intensity = match &luminaire.distribution {
                 Distribution::Isotropic => flux / (4.0 * PI),
                 Distribution::Lambertian => flux / PI,
-                Distribution::Measured(measured) => flux * measured.web().most(),
+                Distribution::Measured(_) => 0.0,
             };
             let distribution = luminaire.distribution.clone();
             vec![Source::Point(PointSource { position, aim, flux, intensity, distribution })]
@@ -250,12 +251,14 @@ impl Light {
 }
 
 impl BodySource {
-    /// What the body brings at most, lx, to points at a distance (m) that see it under a cosine of at most `cosine`.
+    /// What the body, which is in a box, brings at most, lx, to points of another that see it under a cosine of at most
+    /// `cosine`.
     ///
     /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen, and
     /// E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε at most,
     /// so the area seen by ε S/2.
-    fn most(&self, distance: f64, cosine: f64) -> f64 {
+    fn most(&self, bounds: &Bounds, points: &Bounds, cosine: f64) -> f64 {
+        let distance = bounds.distance(points);
         let per_square = cosine / (distance * distance);
         match &self.light {
             Light::Lambertian(luminance) => luminance * (self.body.surface() * per_square).min(PI),
@@ -263,7 +266,7 @@ impl BodySource {
                 let least = self.body.least_projected_area();
                 let spread = 0.5 * self.body.surface() * self.body.radius() / distance;
                 let whole = if spread < least { (least + spread) / (least - spread) } else { f64::INFINITY };
-                web.most * (whole * per_square).min(PI / least)
+                web.most(bounds, points) * (whole * per_square).min(PI / least)
             }
         }
     }
@@ -276,7 +279,11 @@ impl<const C: usize> Emitter<C> {
             Source::Point(point) => {
                 let aim = (point.distribution == Distribution::Lambertian)
                     .then(|| (point.aim, point.aim.dot(point.position)));
-                point.intensity * most_per_area(&self.bounds, aim, points, up)
+                let candela = match &point.distribution {
+                    Distribution::Measured(measured) => point.flux * most_towards(measured, &self.bounds, points),
+                    _ => point.intensity,
+                };
+                times(candela, most_per_area(&self.bounds, aim, points, up))
             }
             Source::Polygon(polygon) => {
                 let plane = (polygon.normal, polygon.normal.dot(polygon.corners[0]));
@@ -285,12 +292,12 @@ impl<const C: usize> Emitter<C> {
                         luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
                     }
                     Light::Web(_) if points.along(plane.0)[1] < plane.1 => 0.0,
-                    Light::Web(web) => web.most * most_per_area(&self.bounds, None, points, up),
+                    Light::Web(web) => times(web.most(&self.bounds, points), most_per_area(&self.bounds, None, points, up)),
                 }
             }
             Source::Body(body) => {
                 let cosine = cosine_above(&self.bounds, points, up);
-                if cosine > 0.0 { body.most(self.bounds.distance(points), cosine) } else { 0.0 }
+                if cosine > 0.0 { body.most(&self.bounds, points, cosine) } else { 0.0 }
             }
             Source::Mesh(mesh) => {
                 mesh.luminance * mesh.triangles.iter().map(|facet| facet.most(points, up)).sum::<f64>()
@@ -306,6 +313,11 @@ impl<const C: usize> Emitter<C> {
             _ => 0.0,
         }
     }
+}
+
+/// An intensity over squared distance, 0 where the intensity is, even at no distance.
+fn times(candela: f64, per_square: f64) -> f64 {
+    if candela > 0.0 { candela * per_square } else { 0.0 }
 }
 
 /// The largest cosine with `up` under which points of one box can see points of another.

@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use super::blockers::Bounds;
 use super::polygon::{Pieces, lambert};
 use crate::luminaire::body::Body;
 use crate::luminaire::web::Measured;
@@ -34,7 +35,7 @@ pub(super) struct WebLight {
     /// Flux, lm.
     flux: f64,
     /// Largest intensity, cd.
-    pub(super) most: f64,
+    most: f64,
     /// Width of parts, rad.
     width: f64,
     shape: Shape,
@@ -184,10 +185,29 @@ impl WebLight {
         self.flux * self.measured.at(direction) / area
     }
 
+    /// Largest intensity towards points of a box from one that holds the luminaire, cd.
+    pub(super) fn most(&self, shining: &Bounds, points: &Bounds) -> f64 {
+        self.most.min(self.flux * most_towards(&self.measured, shining, points))
+    }
+
     /// Intensity towards a direction, cd.
     pub(super) fn intensity(&self, direction: DVec3) -> f64 {
         self.flux * self.measured.at(direction)
     }
+}
+
+/// Largest intensity from points of one box towards points of another, cd/lm.
+pub(super) fn most_towards(measured: &Measured, shining: &Bounds, points: &Bounds) -> f64 {
+    let aim = measured.aim();
+    let ([from_low, from_high], [to_low, to_high]) = (shining.along(aim), points.along(aim));
+    let (low, high) = (to_low - from_high, to_high - from_low);
+    let (near, far) = (shining.distance(points), shining.farthest(points));
+    // A positive height has its largest cosine nearby, a negative one far off. 0/0 is anything.
+    let cosine = |height: f64, distance: f64| (height / distance).clamp(-1.0, 1.0);
+    let least = cosine(low, if low > 0.0 { far } else { near });
+    let most = cosine(high, if high > 0.0 { near } else { far });
+    let within = |cosine: f64, otherwise: f64| if cosine.is_nan() { otherwise } else { cosine };
+    measured.web().most_between(within(least, -1.0) - 1e-6, within(most, 1.0) + 1e-6)
 }
 
 /// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second moments.
