@@ -47,9 +47,9 @@ fn with_file(test: &str, file: &str, toml: &str, obj: &str) -> Scene {
     scene(test, toml, obj)
 }
 
-/// Every symmetry that a file can have, every opening that its three numbers can mean: E = I(C, γ) cos/d² at 8 m. What is
-/// left of an opening of 0.2 m is (0.1/8)²; of its place, 10⁻⁵ of the scene's half size (8 m), 2·10⁻⁵; of 5° steps nothing, as
-/// points lie at the table's own angles.
+/// Every symmetry that a file can have, every opening that its three numbers can mean: E = I(C, γ) cos/d² at 40 m. The
+/// front of a body of 0.1 m is up to 0.05 m nearer, 0.25 % more light at most (half of it in truth); a flat opening's angle of
+/// 0.3° rounds the table's kinks, 0.05 % of it; its place is 10⁻⁵ of the scene's half size off.
 #[test]
 fn far_from_it_a_file_gives_its_own_intensities() {
     let angles = whole_turns(5, 180);
@@ -80,16 +80,16 @@ fn far_from_it_a_file_gives_its_own_intensities() {
             for (i, [c, g]) in places.iter().enumerate() {
                 let (c, g) = (c.to_radians(), g.to_radians());
                 let direction = DVec3::new(g.sin() * c.cos(), g.sin() * c.sin(), -g.cos());
-                let at = DVec3::new(1.0, 2.0, 3.0) + direction * 8.0;
+                let at = DVec3::new(1.0, 2.0, 3.0) + direction * 40.0;
                 toml += &sensor(&format!("{i}"), at.to_array(), (-direction).to_array());
             }
             let test = format!("measured_far_{symmetry}_{form}");
             let scene = with_file(&test, &ies(planes, &angles, opening, candela), &toml, "");
             let found = run(&scene, Method::Split, 1, 0);
             for ([c, g], found) in places.iter().zip(&found.sensors) {
-                let expected = candela(c.to_radians(), g.to_radians()) / 64.0;
+                let expected = candela(c.to_radians(), g.to_radians()) / 1600.0;
                 let off = found.illuminance / expected - 1.0;
-                assert!(off.abs() < 1e-3, "{symmetry}, {form}, C {c} γ {g}: {} not {expected}", found.illuminance);
+                assert!(off.abs() < 2e-3, "{symmetry}, {form}, C {c} γ {g}: {} not {expected}", found.illuminance);
             }
         }
     }
@@ -193,8 +193,8 @@ fn claim(map: &IlluminanceMap) -> f64 {
 }
 
 /// A room with a mirror for a wall shows the luminaire: `gather` meets it with rays through the mirror, `split` has photons
-/// that came by the mirror, `path` knows no photons. All agree on the mean within 3 of their common claims (points share
-/// photons, so their errors are not independent) and bodies shine sideways into it.
+/// that came by the mirror, `path` knows no photons. All agree on the mean within a third of their common claims (what
+/// points have in common, as in `methods.rs`), and bodies shine sideways into it.
 #[test]
 fn a_mirror_shows_the_luminaire_to_every_method() {
     let file = ies(&whole_turns(15, 360), &whole_turns(5, 180), [0.0; 3], lopsided);
@@ -215,7 +215,7 @@ fn a_mirror_shows_the_luminaire_to_every_method() {
             let claims = claim(a).hypot(claim(b));
             let off = mean(a) - mean(b);
             println!("{form}: means {:.2} and {:.2} lx, claims {claims:.3} lx", mean(a), mean(b));
-            assert!(off.abs() < 3.0 * claims && claims < 0.1 * mean(a), "{form}: off by {off}, claims {claims}");
+            assert!(off.abs() < claims / 3.0 && claims < 0.3 * mean(a), "{form}: off by {off}, claims {claims}");
         }
     }
 }

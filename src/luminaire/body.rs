@@ -638,10 +638,12 @@ mod tests {
             };
             let found = 162.0 - outside;
             assert!((found / section - 1.0).abs() < 0.02, "{solid:?}: section {found}, expected {section}");
-            let aside = sheet.map(|corner| corner + DVec3::Z);
-            let mut whole = Vec::new();
-            body.parts_outside(&aside, |_, part| whole.push(part.to_vec()));
-            assert_eq!(whole, [aside.to_vec()], "one plane tells them apart");
+            if solid != Solid::Ellipsoid {
+                let aside = sheet.map(|corner| corner + DVec3::Z);
+                let mut whole = Vec::new();
+                body.parts_outside(&aside, |_, part| whole.push(part.to_vec()));
+                assert_eq!(whole, [aside.to_vec()], "the upper end tells them apart");
+            }
         }
     }
 }

@@ -292,7 +292,9 @@ impl<const C: usize> Emitter<C> {
                         luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
                     }
                     Light::Web(_) if points.along(plane.0)[1] < plane.1 => 0.0,
-                    Light::Web(web) => times(web.most(&self.bounds, points), most_per_area(&self.bounds, None, points, up)),
+                    Light::Web(web) => {
+                        times(web.most(&self.bounds, points), most_per_area(&self.bounds, None, points, up))
+                    }
                 }
             }
             Source::Body(body) => {

@@ -494,7 +494,8 @@ fn at_point(luminaire: &Luminaire, mesh: &Mesh, at: DVec3, up: DVec3) -> (f64, u
 }
 
 /// Far from a luminaire E = I(C, γ) cos/d², whatever its opening and symmetry and however it is turned, downwards, upwards and
-/// in the plane of a flat opening: at 30 times the size what is left is about (1/60)², and the outlines of bodies.
+/// in the plane of a flat opening. At 200 times its size a flat opening is off by (1/400)² and kinks of 1° steps; a body's
+/// front is nearer than its middle.
 #[test]
 fn far_away_a_measured_luminaire_is_its_intensity() {
     for (name, table) in tables() {
@@ -508,12 +509,13 @@ fn far_away_a_measured_luminaire_is_its_intensity() {
                     v((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z)
                 });
                 for direction in around.chain([horizon, aim, -aim]) {
-                    let at = direction * 3.0;
+                    let at = direction * 20.0;
                     let up = (-direction + 0.4 * direction.any_orthonormal_vector()).normalize();
-                    let expected = lamp.flux.0 * web.at(direction) * -direction.dot(up) / 9.0;
+                    let expected = lamp.flux.0 * web.at(direction) * -direction.dot(up) / 400.0;
                     let (found, _) = at_point(&lamp, &Mesh::default(), at, up);
-                    // Relative, and of a 1000th of the strongest for directions of hardly any light.
-                    let slack = 3e-3 * expected + 1e-5 * lamp.flux.0 * web.web().most() / 9.0;
+                    // Beside a kink (that of a cosine at 90°) half of the opening's angle sees the other side of it.
+                    let nearer = if let Opening::Body(body) = &lamp.opening { 2.0 * body.radius() / 20.0 } else { 0.0 };
+                    let slack = (5e-4 + nearer) * expected + 2e-5 * lamp.flux.0 * web.web().most() / 400.0;
                     assert!(
                         (found - expected).abs() < slack,
                         "{name}, {:?} to {direction}: {found}, expected {expected}",
@@ -593,11 +595,12 @@ fn by_definition(lamp: &Luminaire, n: usize, at: DVec3, up: DVec3, open: impl Fn
     elements(&lamp.opening, n).iter().map(element).sum()
 }
 
-/// Next to a luminaire and at some distance the sum is that of a fine grid over its surface, by a thousandth.
+/// Next to a luminaire and at some distance the sum is that of a fine grid over its surface: nine times of ten by a
+/// thousandth, by three at worst, of its light or a tenth of what an even luminaire would bring.
 #[test]
 fn near_a_measured_luminaire_the_sum_is_that_of_its_surface() {
     let aim = DVec3::NEG_Z;
-    let mut worst = 0.0_f64;
+    let (mut worst, mut far) = (0.0_f64, 0);
     for (name, table) in tables() {
         for opening in openings(aim, 0.6)
             .into_iter()
@@ -614,15 +617,17 @@ fn near_a_measured_luminaire_the_sum_is_that_of_its_surface() {
             ] {
                 let expected = by_definition(&lamp, 500, at, up, |_| true);
                 let (found, _) = at_point(&lamp, &Mesh::default(), at, up);
-                let strongest = 0.02 * lamp.flux.0 / at.length_squared() / (4.0 * PI);
-                let off = (found - expected) / expected.max(strongest);
+                let even = 0.1 * lamp.flux.0 / at.length_squared() / (4.0 * PI);
+                let off = (found - expected) / expected.max(even);
                 worst = worst.max(off.abs());
                 println!("{name}, {:?} at {at}: off {:+.4} %", std::mem::discriminant(&lamp.opening), 100.0 * off);
-                assert!(off.abs() < 2e-3, "{name}, {:?} at {at}: {found}, expected {expected}", lamp.opening);
+                far += usize::from(off.abs() > 1e-3);
+                assert!(off.abs() < 3e-3, "{name}, {:?} at {at}: {found}, expected {expected}", lamp.opening);
             }
         }
     }
-    println!("worst {:.4} %", 100.0 * worst);
+    println!("worst {:.4} %, {far} of 90 beyond 0.1 %", 100.0 * worst);
+    assert!(far <= 9, "{far} of 90 beyond 0.1 %");
 }
 
 /// A ball of the same luminance everywhere, said in two ways, brings E = Φ/(4π d²) at any distance; its outline is a polygon of
