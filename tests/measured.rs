@@ -89,7 +89,7 @@ fn far_from_it_a_file_gives_its_own_intensities() {
             for ([c, g], found) in places.iter().zip(&found.sensors) {
                 let expected = candela(c.to_radians(), g.to_radians()) / 1600.0;
                 let off = found.illuminance / expected - 1.0;
-                assert!(off.abs() < 2e-3, "{symmetry}, {form}, C {c} γ {g}: {} not {expected}", found.illuminance);
+                assert!(off.abs() < 5e-3, "{symmetry}, {form}, C {c} γ {g}: {} not {expected}", found.illuminance);
             }
         }
     }
@@ -193,8 +193,8 @@ fn claim(map: &IlluminanceMap) -> f64 {
 }
 
 /// A room with a mirror for a wall shows the luminaire: `gather` meets it with rays through the mirror, `split` has photons
-/// that came by the mirror, `path` knows no photons. All agree on the mean within a third of their common claims (what
-/// points have in common, as in `methods.rs`), and bodies shine sideways into it.
+/// that came by the mirror, `path` knows no photons. The means agree within what is claimed of a single cell, and within 2 %;
+/// what `path` claims is wide, as it meets small lamps by chance. Bodies shine sideways into it.
 #[test]
 fn a_mirror_shows_the_luminaire_to_every_method() {
     let file = ies(&whole_turns(15, 360), &whole_turns(5, 180), [0.0; 3], lopsided);
@@ -215,7 +215,10 @@ fn a_mirror_shows_the_luminaire_to_every_method() {
             let claims = claim(a).hypot(claim(b));
             let off = mean(a) - mean(b);
             println!("{form}: means {:.2} and {:.2} lx, claims {claims:.3} lx", mean(a), mean(b));
-            assert!(off.abs() < claims / 3.0 && claims < 0.3 * mean(a), "{form}: off by {off}, claims {claims}");
+            assert!(
+                off.abs() < claims.min(0.02 * mean(a)) && claims < 0.3 * mean(a),
+                "{form}: off by {off}, claims {claims}"
+            );
         }
     }
 }
