@@ -47,13 +47,16 @@ fn with_file(test: &str, file: &str, toml: &str, obj: &str) -> Scene {
     scene(test, toml, obj)
 }
 
+/// Intensity, cd, of C and γ, rad.
+type Candela = fn(f64, f64) -> f64;
+
 /// Every symmetry that a file can have, every opening that its three numbers can mean: E = I(C, γ) cos/d² at 40 m. The
 /// front of a body of 0.1 m is up to 0.05 m nearer, 0.25 % more light at most (half of it in truth); a flat opening's angle of
 /// 0.3° rounds the table's kinks, 0.05 % of it; its place is 10⁻⁵ of the scene's half size off.
 #[test]
 fn far_from_it_a_file_gives_its_own_intensities() {
     let angles = whole_turns(5, 180);
-    let symmetries: [(&str, Vec<f64>, fn(f64, f64) -> f64); 4] = [
+    let symmetries: [(&str, Vec<f64>, Candela); 4] = [
         ("rotational", vec![0.0], |_, g| 300.0 + 250.0 * g.cos()),
         ("quadrants", whole_turns(15, 90), |c, g| 300.0 + 200.0 * g.cos() + 90.0 * g.sin() * (2.0 * c).cos()),
         ("halves", whole_turns(15, 180), |c, g| 300.0 + 200.0 * g.cos() + 90.0 * g.sin() * c.cos()),
