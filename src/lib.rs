@@ -12,7 +12,7 @@
 //! 7. [`render`](mod@render) runs these steps in order and keeps the books on time, flux and error.
 //! 8. A [`report`] writes EXR, PNG, CSV, JSON and HTML; the [`cli`] is the command around it all.
 //!
-//! [`convergence`] asks how right the result is for the time it takes, [`trees`] which kd-tree is the quickest.
+//! Passes add up in a [`state`], which can be kept, continued and merged. [`convergence`] asks how right the result is for the time it takes, [`trees`] which kd-tree is the quickest.
 
 pub mod cli;
 pub mod convergence;
@@ -25,5 +25,6 @@ pub mod photon_map;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod state;
 pub mod trees;
 pub mod units;

@@ -8,10 +8,11 @@ use clap::builder::PossibleValuesParser;
 use super::progress::Bar;
 use super::{Outcome, complain, print};
 use crate::error::Error;
-use crate::render::{IMAGE_ERROR, Settings, Tree, render};
-use crate::report::{self, ExtraLayers};
+use crate::render::{IMAGE_ERROR, Keeping, Settings, Tree, render_and_keep};
+use crate::report::{self, ExtraLayers, Results};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
+use crate::state::file::Recipe;
 
 /// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
 #[derive(clap::Args)]
@@ -52,6 +53,19 @@ pub(super) struct Arguments {
     /// Stop after so many passes: independent photons and rays.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     passes: Option<u32>,
+    /// Number of the first pass: runs of other passes of the same seed, or of other seeds, can be merged.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        hide_default_value = true,
+        help = "Number of the first pass, so that runs \
+          of different passes can be merged [default: 0]"
+    )]
+    first_pass: u32,
+    /// Keep the state after each pass in this file, and go on from it if it is there.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
     /// Tree of the photon map: kd (luxmap's own), kiddo, paper (the paper's own) or brute (none) [default: kd].
     #[arg(long, value_name = "TREE", value_parser = PossibleValuesParser::new(Tree::ALL.map(|(name, _)| name)),
           hide_possible_values = true)]
@@ -117,37 +131,89 @@ pub(super) fn parse_method(given: Option<&String>, scene: &Scene) -> Method {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let started = Instant::now();
-    let mut scene = Scene::load(&arguments.scene)?;
-    let load_seconds = started.elapsed().as_secs_f64();
-    choose(&mut scene, &arguments.planes, &arguments.cameras)?;
-    if arguments.groups {
-        scene.render.groups = Some(true);
-    }
-    let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
-    let settings = settings(arguments, &scene, &plan);
+    let checkpoint = arguments.checkpoint.as_deref();
+    let keeping = Keeping { checkpoint, ..Default::default() };
+    let job = Job::of(arguments)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
     report::prepare(&folder)?;
-
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(arguments.threads.unwrap_or(0)))
-        .build()
-        .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
-    let bar = Bar::new(arguments.quiet);
-    let mut results = pool.install(|| render(&scene, &plan, &settings, &bar))?;
-    drop(bar);
-
-    results.run.seconds.insert(0, ("load scene", load_seconds));
-    results.run.total_seconds += load_seconds;
+    let Some(results) = job.run(arguments.threads, arguments.quiet, &keeping)? else { return Ok(Outcome::Done) };
     let written = report::write(&results, &folder, &layers(&arguments.layers))?;
-    if arguments.json {
-        print(&report::json::summary(&results))?;
+    tell(&results, &folder, written.len(), arguments.json)?;
+    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
+}
+
+/// A scene that is read, and how it is to be computed.
+pub(super) struct Job {
+    scene: Scene,
+    plan: Plan,
+    settings: Settings,
+    load_seconds: f64,
+}
+
+impl Job {
+    /// What the arguments ask for.
+    pub(super) fn of(arguments: &Arguments) -> Result<Self, Error> {
+        let started = Instant::now();
+        let mut scene = Scene::load(&arguments.scene)?;
+        let load_seconds = started.elapsed().as_secs_f64();
+        choose(&mut scene, &arguments.planes, &arguments.cameras)?;
+        if arguments.groups {
+            scene.render.groups = Some(true);
+        }
+        let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
+        let settings = settings(arguments, &scene, &plan);
+        Ok(Self { scene, plan, settings, load_seconds })
+    }
+
+    /// What made a state of the scene.
+    pub(super) fn of_recipe(path: &Path, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
+        let started = Instant::now();
+        let mut scene = Scene::load(path)?;
+        let load_seconds = started.elapsed().as_secs_f64();
+        scene.planes.retain(|plane| recipe.planes.contains(&plane.name));
+        scene.surfaces.retain(|surface| recipe.planes.contains(&surface.name));
+        scene.cameras.retain(|camera| recipe.cameras.contains(&camera.name));
+        scene.render.groups = Some(recipe.groups);
+        let plan = Plan::new(&scene, parse_method(Some(&recipe.method), &scene));
+        let tree = named(&recipe.tree, Tree::ALL).unwrap_or(Tree::Kd);
+        let Recipe { photons, rays, smooth, nearest, radius, groups, .. } = *recipe;
+        let defaults = Settings::of(plan.method);
+        let settings =
+            Settings { photons, rays, smooth, nearest, radius, groups, tree, seed, passes: None, ..defaults };
+        Ok(Self { scene, plan, settings, load_seconds })
+    }
+
+    /// Computes it; `None` where another process has the results.
+    pub(super) fn run(
+        &self,
+        threads: Option<u16>,
+        quiet: bool,
+        keeping: &Keeping<'_>,
+    ) -> Result<Option<Results>, Error> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads.unwrap_or(0)))
+            .build()
+            .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
+        let bar = Bar::new(quiet);
+        let results = pool.install(|| render_and_keep(&self.scene, &self.plan, &self.settings, &bar, keeping))?;
+        Ok(results.map(|mut results| {
+            results.run.seconds.insert(0, ("load scene", self.load_seconds));
+            results.run.total_seconds += self.load_seconds;
+            results
+        }))
+    }
+}
+
+/// Says what was found, and where it is.
+pub(super) fn tell(results: &Results, folder: &Path, files: usize, json: bool) -> Result<(), Error> {
+    if json {
+        print(&report::json::summary(results))?;
     } else {
-        print(&report::table::table(&results))?;
-        print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
+        print(&report::table::table(results))?;
+        print(&format!("wrote {files} files to {}\n", folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
+    Ok(())
 }
 
 /// Keeps the planes and cameras asked for; all where none is named.
@@ -197,6 +263,7 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
         rays: arguments.rays.unwrap_or(defaults.rays),
         smooth: arguments.smooth.as_ref().map_or(defaults.smooth, |switch| switch == "on"),
         passes,
+        first_pass: arguments.first_pass,
         error: arguments.error.or(unlimited.then_some(if only_images { IMAGE_ERROR } else { 1.0 })),
         time: arguments.time,
         tree: tree.unwrap_or(defaults.tree),
@@ -205,7 +272,7 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
     }
 }
 
-fn layers(names: &[String]) -> ExtraLayers {
+pub(super) fn layers(names: &[String]) -> ExtraLayers {
     let asked = |name: &str| names.iter().any(|layer| layer == name);
     ExtraLayers { direct: asked("direct"), indirect: asked("indirect"), standard_error: asked("stderr") }
 }

@@ -4,6 +4,8 @@
 //! needed: no search, no edge to correct, no light from behind. A body gets the light that passes it: a flight closer than
 //! R, seen end on, crosses a disc of π R² about the body, and counts by the body's kernel.
 
+use std::io;
+
 use glam::{DVec3, Vec3};
 
 use super::bodies::Body;
@@ -14,6 +16,8 @@ use crate::photon::flux::{Flux, photometric};
 use crate::photon::random::{Seed, Stream};
 use crate::photon::trace::{Flight, Recorder};
 use crate::scene::{MeasuredSurface, Mesh};
+use crate::state::Sum;
+use crate::state::tape::Tape;
 
 /// Rays that look for the nearest surface about a body, whose disc must not reach it.
 const LOOKS: u64 = 256;
@@ -21,7 +25,7 @@ const LOOKS: u64 = 256;
 /// What photons brought to each point of a receiver.
 pub struct Counts<const C: usize> {
     /// Σ φ, lm, and Σ φ² of the photometric flux, of each point.
-    sums: Vec<([f64; C], f64)>,
+    sums: Vec<([Sum; C], Sum)>,
     /// m².
     areas: Vec<f64>,
 }
@@ -29,14 +33,21 @@ pub struct Counts<const C: usize> {
 impl<const C: usize> Counts<C> {
     /// None yet, of points that stand for these areas (m²).
     pub fn new(areas: Vec<f64>) -> Self {
-        Self { sums: vec![([0.0; C], 0.0); areas.len()], areas }
+        Self { sums: vec![([Sum::ZERO; C], Sum::ZERO); areas.len()], areas }
     }
 
     /// Adds a photon.
     pub fn add(&mut self, met: &Met<C>) {
         let (sum, squares) = &mut self.sums[met.point as usize];
-        (0..C).for_each(|c| sum[c] += f64::from(met.flux.0[c]));
-        *squares += photometric(met.flux.0.map(f64::from)).powi(2);
+        (0..C).for_each(|c| sum[c].add(f64::from(met.flux.0[c])));
+        squares.add(photometric(met.flux.0.map(f64::from)).powi(2));
+    }
+
+    /// Hands its sums over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        self.sums
+            .iter_mut()
+            .try_for_each(|(sum, squares)| sum.iter_mut().chain([squares]).try_for_each(|sum| tape.sum(sum)))
     }
 
     /// E at a point after `maps` sets of photons, each of the luminaires' whole flux. Its variance is that of independent
@@ -44,7 +55,7 @@ impl<const C: usize> Counts<C> {
     pub fn estimate(&self, point: usize, maps: f64) -> Estimate<C> {
         let whole = maps * self.areas[point];
         let (sum, squares) = self.sums[point];
-        Estimate { value: sum.map(|flux| flux / whole), variance: squares / (whole * whole) }
+        Estimate { value: sum.map(|flux| flux.value() / whole), variance: squares.value() / (whole * whole) }
     }
 }
 

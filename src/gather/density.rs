@@ -1,10 +1,13 @@
 //! Illuminance from the photons around a point.
 
 use std::f64::consts::PI;
+use std::io;
 
 use super::surroundings::{Surroundings, View, kernel};
 use crate::photon::flux::photometric;
 use crate::photon_map::{Block, BlockVisitor, LANES, MARKED, NearestPhotons, PhotonMap};
+use crate::state::Sum;
+use crate::state::tape::Tape;
 
 /// An estimate and its variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +26,35 @@ impl<const C: usize> Estimate<C> {
     pub fn add(&mut self, other: &Self) {
         self.value.iter_mut().zip(other.value).for_each(|(sum, value)| *sum += value);
         self.variance += other.variance;
+    }
+}
+
+/// Sum of independent estimates.
+#[derive(Clone, Copy, Debug)]
+pub struct EstimateSum<const C: usize> {
+    value: [Sum; C],
+    variance: Sum,
+}
+
+impl<const C: usize> EstimateSum<C> {
+    /// None yet.
+    pub const NONE: Self = Self { value: [Sum::ZERO; C], variance: Sum::ZERO };
+
+    /// Adds an estimate.
+    pub fn add(&mut self, estimate: &Estimate<C>) {
+        self.value.iter_mut().zip(estimate.value).for_each(|(sum, value)| sum.add(value));
+        self.variance.add(estimate.variance);
+    }
+
+    /// Mean of `count` estimates.
+    pub fn mean(&self, count: f64) -> Estimate<C> {
+        let value = self.value.map(|sum| sum.value() / count);
+        Estimate { value, variance: self.variance.value() / (count * count) }
+    }
+
+    /// Hands its sums over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        self.value.iter_mut().chain([&mut self.variance]).try_for_each(|sum| tape.sum(sum))
     }
 }
 
@@ -113,7 +145,7 @@ pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     let view = surroundings.view(radius);
     let moments = view.moments();
     let mut sum = |row| {
-        let mut sum = Sum::new(&view, row, radius, rim);
+        let mut sum = KernelSum::new(&view, row, radius, rim);
         map.visit_blocks(point, radius, scratch, &mut sum);
         sum.estimate()
     };
@@ -124,14 +156,14 @@ pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
         estimate = sum(row);
     }
     if let Some(groups) = groups {
-        let sum = Sum::<C>::new(&view, row, radius, rim);
+        let sum = KernelSum::<C>::new(&view, row, radius, rim);
         map.visit_marked(point, radius, scratch, &mut SumInGroups { sum, groups });
     }
     estimate
 }
 
 /// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.
-struct Sum<'a, const C: usize> {
+struct KernelSum<'a, const C: usize> {
     view: &'a View,
     row: [f64; 3],
     rim: Option<f32>,
@@ -141,7 +173,7 @@ struct Sum<'a, const C: usize> {
     squares: [f64; LANES],
 }
 
-impl<'a, const C: usize> Sum<'a, C> {
+impl<'a, const C: usize> KernelSum<'a, C> {
     fn new(view: &'a View, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
         let per_radius = 1.0 / radius;
         let per_area = f64::from(per_radius * per_radius);
@@ -153,7 +185,7 @@ impl<'a, const C: usize> Sum<'a, C> {
     }
 }
 
-impl<const C: usize> Sum<'_, C> {
+impl<const C: usize> KernelSum<'_, C> {
     /// What each photon of a block counts.
     #[inline(always)]
     fn weights<const D: usize>(&mut self, block: &Block<'_, D>) -> [f64; LANES] {
@@ -177,7 +209,7 @@ impl<const C: usize> Sum<'_, C> {
     }
 }
 
-impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
+impl<const C: usize> BlockVisitor<C> for KernelSum<'_, C> {
     #[inline(always)]
     fn visit(&mut self, block: &Block<'_, C>) {
         let weight = self.weights(block);
@@ -199,7 +231,7 @@ impl<const C: usize> BlockVisitor<C> for Sum<'_, C> {
 
 /// The same sum, apart for each light group.
 struct SumInGroups<'a, const C: usize> {
-    sum: Sum<'a, C>,
+    sum: KernelSum<'a, C>,
     groups: GroupSums<'a>,
 }
 

@@ -8,6 +8,8 @@
 //! Samples of a surface, each with a normal of its own, and measured bodies make receivers too, which no photon crosses:
 //! `counts.rs` counts theirs.
 
+use std::io;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -16,8 +18,10 @@ use crate::embree::RayCaster;
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
+use crate::report::invalid;
 use crate::scene::measured::Sample;
 use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
+use crate::state::tape::Tape;
 
 /// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
 /// photons matter.
@@ -298,6 +302,21 @@ impl<const C: usize> Photons<C> {
         self.flux.push(flux);
     }
 
+    /// Hands them over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        tape.rows(&mut self.positions)?;
+        let mut flux: Vec<[f32; C]> = self.flux.iter().map(|flux| flux.0).collect();
+        tape.rows(&mut flux)?;
+        self.flux = flux.into_iter().map(Flux).collect();
+        if self.flux.len() == self.positions.len() { Ok(()) } else { Err(invalid("found photons without flux".into())) }
+    }
+
+    /// Puts copies of the photons of `other` behind these.
+    pub fn extend(&mut self, other: &Self) {
+        self.positions.extend_from_slice(&other.positions);
+        self.flux.extend_from_slice(&other.flux);
+    }
+
     /// Moves the photons of `other` behind these.
     pub fn append(&mut self, other: &mut Self) {
         self.positions.append(&mut other.positions);
@@ -326,6 +345,25 @@ impl<const C: usize> Default for Crossings<C> {
 }
 
 impl<const C: usize> Crossings<C> {
+    /// Whether there is no photon.
+    pub fn is_empty(&self) -> bool {
+        self.sharp.positions.is_empty() && self.smooth.positions.is_empty()
+    }
+
+    /// Hands them over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        self.sharp.exchange(tape)?;
+        self.smooth.exchange(tape)?;
+        self.sources.iter_mut().try_for_each(|sources| tape.numbers(sources))
+    }
+
+    /// Puts copies of the photons of `other` behind these.
+    pub fn extend(&mut self, other: &Self) {
+        self.sharp.extend(&other.sharp);
+        self.smooth.extend(&other.smooth);
+        self.sources.iter_mut().zip(&other.sources).for_each(|(all, part)| all.extend_from_slice(part));
+    }
+
     /// Moves the photons of `other` behind these.
     pub fn append(&mut self, other: &mut Self) {
         self.sharp.append(&mut other.sharp);

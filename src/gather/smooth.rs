@@ -8,6 +8,7 @@
 //! count.
 
 use std::collections::HashMap;
+use std::io;
 
 use rayon::prelude::*;
 
@@ -16,6 +17,8 @@ use super::gates::{Gates, Step};
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
 use crate::photon::flux::photometric;
+use crate::state::Sum;
+use crate::state::tape::Tape;
 
 /// Independent parts of the samples; their scatter is the noise.
 pub const BATCHES: usize = 8;
@@ -70,7 +73,7 @@ impl Degree {
 /// Samples at each point of a receiver, in batches.
 pub struct Samples<const C: usize> {
     /// Sum of the samples of each point and batch, lx.
-    sums: Vec<[[f64; C]; BATCHES]>,
+    sums: Vec<[[Sum; C]; BATCHES]>,
     /// Samples of a point in each batch.
     counts: [u64; BATCHES],
     /// The same by light group, where asked for.
@@ -84,20 +87,20 @@ struct GroupSamples {
     /// Rows of each point: one for each batch, or one for all.
     rows: usize,
     /// Rows of sums, lx, point by point.
-    sums: Vec<f64>,
+    sums: Vec<Sum>,
 }
 
 impl<const C: usize> Samples<C> {
     /// None yet.
     pub fn new(points: usize) -> Self {
-        Self { sums: vec![[[0.0; C]; BATCHES]; points], counts: [0; BATCHES], groups: None }
+        Self { sums: vec![[[Sum::ZERO; C]; BATCHES]; points], counts: [0; BATCHES], groups: None }
     }
 
     /// None yet, light groups apart: `width` numbers each, for each batch too if their variances are wanted.
-    /// Takes 8 bytes a number and point, times [`BATCHES`] with variances.
+    /// Takes 16 bytes a number and point, times [`BATCHES`] with variances.
     pub fn in_groups(points: usize, width: usize, variances: bool) -> Self {
         let rows = if variances { BATCHES } else { 1 };
-        let groups = GroupSamples { width, rows, sums: vec![0.0; points * width * rows] };
+        let groups = GroupSamples { width, rows, sums: vec![Sum::ZERO; points * width * rows] };
         Self { groups: Some(groups), ..Self::new(points) }
     }
 
@@ -107,7 +110,7 @@ impl<const C: usize> Samples<C> {
         self.counts[batch] += count;
         self.sums.par_iter_mut().enumerate().with_min_len(32).for_each(|(point, sums)| {
             let found = sample(point);
-            (0..C).for_each(|c| sums[batch][c] += found[c]);
+            (0..C).for_each(|c| sums[batch][c].add(found[c]));
         });
     }
 
@@ -118,18 +121,29 @@ impl<const C: usize> Samples<C> {
         let Some(GroupSamples { width, rows, sums: groups }) = &mut self.groups else { return };
         let (width, row) = (*width, batch % *rows);
         let points = self.sums.par_iter_mut().zip(groups.par_chunks_mut(width * *rows));
-        points.enumerate().with_min_len(32).for_each(|(point, (sums, groups))| {
-            let found = sample(point, &mut groups[row * width..][..width]);
-            (0..C).for_each(|c| sums[batch][c] += found[c]);
+        let fresh = || vec![0.0; width];
+        points.enumerate().with_min_len(32).for_each_init(fresh, |parts, (point, (sums, groups))| {
+            parts.fill(0.0);
+            let found = sample(point, parts);
+            (0..C).for_each(|c| sums[batch][c].add(found[c]));
+            let lit = groups[row * width..].iter_mut().zip(&*parts).filter(|(_, part)| **part != 0.0);
+            lit.for_each(|(sum, part)| sum.add(*part));
         });
+    }
+
+    /// Hands its sums over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        self.counts.iter_mut().try_for_each(|count| tape.count(count))?;
+        tape.sums(self.sums.as_flattened_mut().as_flattened_mut())?;
+        self.groups.iter_mut().try_for_each(|groups| tape.sums(&mut groups.sums))
     }
 
     /// Means of the light groups: a row of all groups for each point. None without groups.
     pub fn group_means(&self) -> Vec<f32> {
         let Some(GroupSamples { width, rows, sums }) = &self.groups else { return Vec::new() };
         let per_sample = 1.0 / self.counts.iter().sum::<u64>().max(1) as f64;
-        let mean = |point: &[f64], i: usize| {
-            let sum: f64 = (0..*rows).map(|row| point[row * width + i]).sum();
+        let mean = |point: &[Sum], i: usize| {
+            let sum: f64 = (0..*rows).map(|row| point[row * width + i].value()).sum();
             (sum * per_sample) as f32
         };
         let points = sums.par_chunks(width * rows);
@@ -141,7 +155,7 @@ impl<const C: usize> Samples<C> {
         let Some(GroupSamples { width, rows: BATCHES, sums }) = &self.groups else { return 0.0 };
         let batch = |batch: usize| -> [f64; C] {
             let row = &sums[(point * BATCHES + batch) * width..][..*width];
-            std::array::from_fn(|c| row[group * C + c])
+            std::array::from_fn(|c| row[group * C + c].value())
         };
         let means: Vec<f64> = self.active().map(|b| photometric(batch(b)) / self.counts[b] as f64).collect();
         let whole: f64 = (0..BATCHES).map(|b| photometric(batch(b))).sum();
@@ -157,12 +171,12 @@ impl<const C: usize> Samples<C> {
     /// Mean of a point.
     fn mean(&self, point: usize) -> [f64; C] {
         let count: u64 = self.counts.iter().sum();
-        std::array::from_fn(|c| self.sums[point].iter().map(|sum| sum[c]).sum::<f64>() / count.max(1) as f64)
+        std::array::from_fn(|c| self.sums[point].iter().map(|sum| sum[c].value()).sum::<f64>() / count.max(1) as f64)
     }
 
     /// Photometric mean of a batch.
     fn batch_mean(&self, point: usize, batch: usize) -> f64 {
-        photometric(self.sums[point][batch]) / self.counts[batch] as f64
+        photometric(self.sums[point][batch].map(Sum::value)) / self.counts[batch] as f64
     }
 
     /// Variance of the photometric mean, from the batches' scatter.

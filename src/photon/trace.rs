@@ -3,6 +3,8 @@
 //! Photons carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
 //! ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the flux it cut off.
 
+use std::io;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -12,6 +14,8 @@ use super::surface::{Fate, Surface, pass_glass};
 use crate::embree::{Hit, RayCaster};
 use crate::luminaire::emit::Emission;
 use crate::scene::Scene;
+use crate::state::Sum;
+use crate::state::tape::Tape;
 
 /// Photons traced as one piece of work; small enough to balance threads, large enough to hide the hand-over.
 const CHUNK: u64 = 8192;
@@ -79,6 +83,40 @@ pub struct Tally<const C: usize> {
     pub cut_off: [f64; C],
     /// Rays cast.
     pub rays: u64,
+}
+
+/// Tallies of several passes together, in whatever order they come.
+#[derive(Clone, Copy, Debug)]
+pub struct TallySum<const C: usize> {
+    flux: [[Sum; C]; 4],
+    rays: u64,
+}
+
+impl<const C: usize> Default for TallySum<C> {
+    fn default() -> Self {
+        Self { flux: [[Sum::ZERO; C]; 4], rays: 0 }
+    }
+}
+
+impl<const C: usize> TallySum<C> {
+    /// Adds a tally.
+    pub fn add(&mut self, tally: &Tally<C>) {
+        let parts = [tally.emitted, tally.absorbed, tally.escaped, tally.cut_off];
+        self.flux.as_flattened_mut().iter_mut().zip(parts.as_flattened()).for_each(|(sum, part)| sum.add(*part));
+        self.rays += tally.rays;
+    }
+
+    /// All rays, and the flux of each kind divided by `count`.
+    pub fn mean(&self, count: f64) -> Tally<C> {
+        let [emitted, absorbed, escaped, cut_off] = self.flux.map(|sums| sums.map(|sum| sum.value() / count));
+        Tally { emitted, absorbed, escaped, cut_off, rays: self.rays }
+    }
+
+    /// Hands its sums over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        tape.sums(self.flux.as_flattened_mut())?;
+        tape.count(&mut self.rays)
+    }
 }
 
 impl<const C: usize> Default for Tally<C> {

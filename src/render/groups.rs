@@ -17,6 +17,7 @@ use crate::photon::flux::photometric;
 use crate::report::{GroupMap, GroupReading};
 use crate::scene::Measure;
 use crate::scene::plan::Method;
+use crate::state::Sum;
 
 /// Most memory that light groups may take, bytes.
 const MOST_MEMORY: f64 = 4e9;
@@ -33,7 +34,7 @@ pub(super) struct PlaceGroups {
     /// Groups whose variance is kept: all of sensors, none of maps.
     variances: usize,
     /// Densities with several k; see [`DensityRows`].
-    pub(super) density: Vec<f32>,
+    pub(super) density: Vec<Sum>,
     pub(super) layout: DensityRows,
     /// Which scale of the densities was chosen at each point, of sharp and smooth light.
     pub(super) scales: [Vec<u8>; 2],
@@ -71,9 +72,9 @@ impl DensityRows {
     }
 
     /// Adds a row to that of its kind and scale among those of a point.
-    pub(super) fn add(&self, rows: &mut [f32], kind: usize, scale: usize, row: &[f64]) {
+    pub(super) fn add(&self, rows: &mut [Sum], kind: usize, scale: usize, row: &[f64]) {
         let Some(start) = self.start(kind, scale) else { return };
-        rows[start..][..self.stride].iter_mut().zip(row).for_each(|(sum, lux)| *sum += *lux as f32);
+        rows[start..][..self.stride].iter_mut().zip(row).for_each(|(sum, lux)| sum.add(*lux));
     }
 
     /// Where the rows of a kind and scale begin among those of a point.
@@ -114,7 +115,7 @@ impl<const C: usize> Rendering<'_, C> {
             let layout = self.density_rows(groups.width::<C>(), variances);
             let rows = if variances > 0 { BATCHES } else { 1 };
             // Direct light, samples, their means, what smoothing makes of them, the map itself; densities.
-            let row = groups.width::<C>() * (4 + 8 * rows + 4 + 4 + 4) + 8 * variances + 4 * layout.of_point();
+            let row = groups.width::<C>() * (4 + 16 * rows + 4 + 4 + 4) + 8 * variances + 16 * layout.of_point();
             points as f64 * row as f64
         };
         let cells: usize = scene.planes.iter().map(|plane| plane.len()).sum();
@@ -150,7 +151,7 @@ impl<const C: usize> Rendering<'_, C> {
         Some(PlaceGroups {
             width,
             variances,
-            density: vec![0.0; points * layout.of_point()],
+            density: vec![Sum::ZERO; points * layout.of_point()],
             layout,
             scales: Default::default(),
             windows: Vec::new(),
@@ -219,11 +220,11 @@ impl PlaceGroups {
             };
             bounced.par_chunks_mut(width).enumerate().with_min_len(64).for_each(|(point, row)| {
                 let sums = row.iter_mut().zip(chosen(point).0);
-                sums.for_each(|(lux, sum)| *lux = (f64::from(*lux) + f64::from(*sum) / passes) as f32);
+                sums.for_each(|(lux, sum)| *lux = (f64::from(*lux) + sum.value() / passes) as f32);
             });
             for (index, variance) in variance.iter_mut().enumerate() {
                 let (point, group) = (index / variances, index % variances);
-                *variance += f64::from(chosen(point).1[group]) / (passes * passes);
+                *variance += chosen(point).1[group].value() / (passes * passes);
             }
         }
     }

@@ -1,10 +1,13 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
 mod groups;
+mod keeping;
 mod passes;
 mod results;
+mod team;
 mod views;
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -14,7 +17,7 @@ use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
-use crate::gather::density::{Estimate, Search};
+use crate::gather::density::{Estimate, EstimateSum, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::{DirectLight, direct_light_in_groups};
 use crate::gather::reach::Reach;
@@ -24,12 +27,15 @@ use crate::gather::surroundings::{FAN, Surroundings};
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
-use crate::photon::trace::Tally;
+use crate::photon::trace::TallySum;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
 use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
+use crate::state::Passes;
+pub use keeping::{Keeping, recipe};
+pub use team::{Alone, Team};
 
 /// Which tree holds the photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +82,8 @@ pub struct Settings {
     pub radius: Option<f64>,
     /// Passes at most; as many as `error` and `time` ask for where not given.
     pub passes: Option<u32>,
+    /// The first of them: runs of different passes, or seeds, add up to one.
+    pub first_pass: u32,
     /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
     /// this, % of its mean; where there are only cameras, that of every image.
     pub error: Option<f64>,
@@ -113,6 +121,7 @@ impl Settings {
             nearest: None,
             radius: None,
             passes: Some(1),
+            first_pass: 0,
             error: None,
             time: None,
             tree: Tree::Kd,
@@ -155,16 +164,30 @@ impl Progress for () {
 /// Computes the illuminance of every measuring plane and sensor of a scene, on rayon's current thread pool. The same
 /// settings give the same bits for any number of threads.
 pub fn render(scene: &Scene, plan: &Plan, settings: &Settings, progress: &dyn Progress) -> Result<Results, Error> {
-    match (plan.coloured, settings.tree) {
-        (false, Tree::Kd) => Rendering::<1>::run::<KdTree>(scene, plan, settings, progress),
-        (false, Tree::Kiddo) => Rendering::<1>::run::<Kiddo>(scene, plan, settings, progress),
-        (false, Tree::Paper) => Rendering::<1>::run::<Paper>(scene, plan, settings, progress),
-        (false, Tree::Brute) => Rendering::<1>::run::<BruteForce>(scene, plan, settings, progress),
-        (true, Tree::Kd) => Rendering::<3>::run::<KdTree>(scene, plan, settings, progress),
-        (true, Tree::Kiddo) => Rendering::<3>::run::<Kiddo>(scene, plan, settings, progress),
-        (true, Tree::Paper) => Rendering::<3>::run::<Paper>(scene, plan, settings, progress),
-        (true, Tree::Brute) => Rendering::<3>::run::<BruteForce>(scene, plan, settings, progress),
-    }
+    let results = render_and_keep(scene, plan, settings, progress, &Keeping::default())?;
+    Ok(results.expect("who is alone leads"))
+}
+
+/// The same with a state that is kept: in a checkpoint from which the run goes on, merged from those of other runs, or
+/// shared among processes, of which only the leader gets results.
+pub fn render_and_keep(
+    scene: &Scene,
+    plan: &Plan,
+    settings: &Settings,
+    progress: &dyn Progress,
+    keeping: &Keeping<'_>,
+) -> Result<Option<Results>, Error> {
+    let run = match (plan.coloured, settings.tree) {
+        (false, Tree::Kd) => Rendering::<1>::run::<KdTree>,
+        (false, Tree::Kiddo) => Rendering::<1>::run::<Kiddo>,
+        (false, Tree::Paper) => Rendering::<1>::run::<Paper>,
+        (false, Tree::Brute) => Rendering::<1>::run::<BruteForce>,
+        (true, Tree::Kd) => Rendering::<3>::run::<KdTree>,
+        (true, Tree::Kiddo) => Rendering::<3>::run::<Kiddo>,
+        (true, Tree::Paper) => Rendering::<3>::run::<Paper>,
+        (true, Tree::Brute) => Rendering::<3>::run::<BruteForce>,
+    };
+    run(scene, plan, settings, progress, keeping)
 }
 
 /// Search limits of the two kinds of light; see [`Crossings`].
@@ -217,7 +240,7 @@ struct Place<const C: usize> {
     surroundings: Vec<Surroundings>,
     smoother: Option<Smoother>,
     direct: Option<DirectLight<C>>,
-    /// Sums over the passes of what photon densities say at each point.
+    /// Sums over the passes of what photon densities say at each point; empty where nothing asks them.
     density: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
@@ -234,13 +257,13 @@ struct Place<const C: usize> {
 /// Estimates from photon densities with several k; see [`SCALES`].
 #[derive(Clone, Copy)]
 struct Densities<const C: usize> {
-    sharp: [Estimate<C>; SCALES.len()],
-    smooth: [Estimate<C>; SCALES.len()],
+    sharp: [EstimateSum<C>; SCALES.len()],
+    smooth: [EstimateSum<C>; SCALES.len()],
 }
 
 impl<const C: usize> Default for Densities<C> {
     fn default() -> Self {
-        Self { sharp: [Estimate::DARK; SCALES.len()], smooth: [Estimate::DARK; SCALES.len()] }
+        Self { sharp: [EstimateSum::NONE; SCALES.len()], smooth: [EstimateSum::NONE; SCALES.len()] }
     }
 }
 
@@ -254,16 +277,16 @@ struct Rendering<'a, const C: usize> {
     /// The scene's, m: walked once, since it takes all vertices.
     diagonal: f64,
     searches: Searches,
-    passes: u32,
+    done: Passes,
     seconds: Vec<(&'static str, f64)>,
     gather_rays: u64,
     photons_emitted: u64,
     photons_stored: u64,
-    flux: Tally<C>,
+    flux: TallySum<C>,
     /// The light groups to be told apart.
     groups: Option<LightGroups>,
-    /// Caustics of all passes so far at each receiver, where rays find the other light.
-    caustics: Vec<Crossings<C>>,
+    /// Caustics of each seed and pass so far at each receiver, where rays find the other light.
+    caustics: BTreeMap<(u64, u32), Vec<Crossings<C>>>,
     warnings: Vec<String>,
 }
 
@@ -273,7 +296,8 @@ impl<'a, const C: usize> Rendering<'a, C> {
         plan: &'a Plan,
         settings: &'a Settings,
         progress: &'a dyn Progress,
-    ) -> Result<Results, Error> {
+        keeping: &Keeping<'_>,
+    ) -> Result<Option<Results>, Error> {
         let diagonal = scene.diagonal();
         let mut rendering = Self {
             scene,
@@ -283,14 +307,14 @@ impl<'a, const C: usize> Rendering<'a, C> {
             started: Instant::now(),
             diagonal,
             searches: Searches::new(plan.method, settings, diagonal, settings.photons as f64),
-            passes: 0,
+            done: Passes::default(),
             seconds: Vec::new(),
             gather_rays: 0,
             photons_emitted: 0,
             photons_stored: 0,
-            flux: Tally::default(),
+            flux: TallySum::default(),
             groups: None,
-            caustics: Vec::new(),
+            caustics: BTreeMap::new(),
             warnings: scene.warnings.clone(),
         };
         rendering.choose_groups()?;
@@ -303,13 +327,21 @@ impl<'a, const C: usize> Rendering<'a, C> {
         rendering.look_around(&mut places, &caster);
         let mut images = Vec::new();
         if plan.bounces || !scene.cameras.is_empty() {
-            images = rendering.passes::<T>(&mut places, &caster);
+            images = rendering.passes::<T>(&mut places, &caster, keeping)?;
+        }
+        if keeping.team.rank() > 0 {
+            return Ok(None);
         }
         if plan.bounces {
             rendering.conclude_groups(&mut places);
         }
         rendering.warn(&places);
-        Ok(rendering.results(&places, &sensors, images, caster.peak_memory()))
+        Ok(Some(rendering.results(&places, &sensors, images, caster.peak_memory())))
+    }
+
+    /// Whether the density of photons tells any light.
+    fn asks_densities(&self) -> bool {
+        self.plan.bounces && self.plan.photons && (!self.plan.method.sends_rays() || self.plan.caustics)
     }
 
     /// Runs a stage and books its wall time.
@@ -364,7 +396,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 groups: if told_apart { self.place_groups(&receiver) } else { None },
                 counts: None,
                 areas: Vec::new(),
-                density: vec![Densities::default(); receiver.len()],
+                density: vec![Densities::default(); if self.asks_densities() { receiver.len() } else { 0 }],
                 bounced: dark,
                 receiver,
             }
@@ -399,11 +431,10 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Finds which points are places at all, and what is in their neighbours' way.
     fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
         let radius = self.searches.smooth.radius;
-        let densities = self.plan.bounces
-            && self.plan.method != Method::Seed
-            && (!self.plan.method.sends_rays() || (self.plan.photons && self.plan.caustics));
+        let densities = self.plan.method != Method::Seed && self.asks_densities();
         self.timed("look around", places.len() as u64, |this| {
-            let reach = Reach::new(this.scene, caster, Seed(this.settings.seed).branch(PURPOSE_REACH));
+            // Whether light can arrive is a fact of the scene: all seeds agree on it, so that their results can be merged.
+            let reach = Reach::new(this.scene, caster, Seed(0).branch(PURPOSE_REACH));
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();

@@ -6,18 +6,21 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::groups::{SHARP, SMOOTH};
+use super::keeping::{self, Keeping, Schedule};
 use super::results::Cell;
+use super::team::Word;
 use super::views::{Batch, View};
 use super::{
     Densities, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS,
     Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
+use crate::error::Error;
 use crate::gather::bandwidth::{FIXED, SCALES, choose};
 use crate::gather::camera::{Eye, first_surface};
 use crate::gather::caustics::{CausticMap, Caustics};
 use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
-use crate::gather::density::{Estimate, Search, local_linear_in_groups, paper};
+use crate::gather::density::{Estimate, EstimateSum, Search, local_linear_in_groups, paper};
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
@@ -28,6 +31,8 @@ use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
 use crate::report::CameraImage;
 use crate::scene::plan::Method;
+use crate::state::tape::Tape;
+use crate::state::{PassRange, Passes, Sum};
 
 /// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
 const ROUNDS: u64 = 4;
@@ -47,61 +52,136 @@ impl<const C: usize> Rendering<'_, C> {
         &mut self,
         places: &mut [Place<C>],
         caster: &RayCaster,
-    ) -> Vec<CameraImage> {
+        keeping: &Keeping<'_>,
+    ) -> Result<Vec<CameraImage>, Error> {
         let engine = Engine::new(self, places, caster);
         let (scene, mut views) = (self.scene, Vec::new());
         if let (Some(sight), false) = (&engine.sight, scene.cameras.is_empty()) {
             let view = |camera| View::new(camera, scene.centre, sight, caster);
             views = self.timed("camera rays", 1, |_| scene.cameras.iter().map(view).collect());
         }
-        self.repeat::<T>(&engine, places, &mut views);
-        views.iter().map(|view| view.image(scene.centre)).collect()
+        self.repeat::<T>(&engine, places, &mut views, keeping)?;
+        Ok(views.iter().map(|view| view.image(scene.centre)).collect())
     }
 
+    /// Passes, each kept as soon as it is done, until the error is small enough or a limit is met.
     fn repeat<T: NearestPhotons>(
         &mut self,
         engine: &Engine<'_, C>,
         places: &mut [Place<C>],
         views: &mut [View<'_, C>],
-    ) {
-        let mut next_check = 1;
+        keeping: &Keeping<'_>,
+    ) -> Result<(), Error> {
+        let mut schedule = self.recall(places, views, keeping)?;
+        let mut taken = 0.0;
         loop {
-            let started = Instant::now();
-            self.pass::<T>(engine, places, views);
-            self.passes += 1;
-            let enough = self.settings.passes.is_some_and(|most| self.passes >= most);
-            let taken = started.elapsed().as_secs_f64();
-            let late = self.settings.time.is_some_and(|limit| self.started.elapsed().as_secs_f64() + taken > limit);
-            let last = enough || late || self.progress.interrupted();
-            let asked = self.settings.error.is_some() && self.passes >= next_check;
-            if last || asked {
-                if self.plan.bounces {
-                    self.conclude::<T>(places);
+            let over = keeping.team.rank() == 0 && self.judge::<T>(places, views, &mut schedule, taken);
+            let rest = views.iter().map(|view| view.rests).collect();
+            let word = Word { over, done: self.done.len(), next_check: schedule.next_check, rest };
+            let word = keeping.team.tell(word);
+            if word.over {
+                if schedule.closed {
+                    self.save(places, views, &schedule, keeping);
                 }
-                let claim = match places {
-                    [] => views.iter().map(View::claim).fold(0.0, f64::max),
-                    _ => worst_of(places, Cell::of),
-                };
-                self.progress.pass(self.passes, 100.0 * claim);
-                let Some(target) = self.settings.error.map(|percent| percent / 100.0) else { return };
-                if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
-                    return;
-                }
-                let floor = worst_of(places, Cell::of_direct);
-                if floor > target {
-                    self.warnings.push(format!(
-                        "--error {}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
-                        100.0 * target,
-                        100.0 * floor,
-                    ));
-                    return;
-                }
-                // The error falls as 1/√passes at best: no use in asking earlier. Asking costs as much as a pass or two.
-                let passes = f64::from(self.passes);
-                let needed = (passes * (claim / target).powi(2)).clamp(1.4 * passes, 2.0 * passes);
-                next_check = self.passes.max(needed as u32 - 1) + 1;
+                return Ok(());
             }
+            schedule.next_check = word.next_check;
+            if keeping.team.rank() > 0 {
+                self.done = self.own_passes(word.done);
+            }
+            views.iter_mut().zip(word.rest).for_each(|(view, rests)| view.rests = rests);
+            let started = Instant::now();
+            self.share_passes::<T>(engine, places, views, &schedule, keeping)?;
+            taken = started.elapsed().as_secs_f64();
+            self.save(places, views, &schedule, keeping);
         }
+    }
+
+    /// The first `count` passes of this run.
+    pub(super) fn own_passes(&self, count: u32) -> Passes {
+        Passes::of(PassRange { seed: self.settings.seed, first: self.settings.first_pass, count })
+    }
+
+    /// One pass for each process of the team, but none too many; what they found is the leader's in the end.
+    fn share_passes<T: NearestPhotons>(
+        &mut self,
+        engine: &Engine<'_, C>,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        schedule: &Schedule,
+        keeping: &Keeping<'_>,
+    ) -> Result<(), Error> {
+        let done = self.done.len();
+        let most = self.settings.passes.unwrap_or(u32::MAX);
+        let until_check = if self.settings.error.is_some() { schedule.next_check.min(most) } else { most };
+        let count = until_check.saturating_sub(done).clamp(1, keeping.team.size());
+        let first = self.settings.first_pass + done;
+        let leads = keeping.team.rank() == 0;
+        if !leads {
+            self.exchange(places, views, &mut Tape::Clear).map_err(keeping::lost)?;
+        }
+        if keeping.team.rank() < count {
+            self.pass::<T>(engine, places, views, first + keeping.team.rank());
+        }
+        let mut found = Vec::new();
+        if !leads {
+            self.exchange(places, views, &mut Tape::Out(&mut found)).map_err(keeping::lost)?;
+        }
+        let add = &mut |mut part: &[u8]| self.exchange(places, views, &mut Tape::In(&mut part));
+        keeping.team.hand_in(&found, add).map_err(keeping::lost)?;
+        self.done = self.own_passes(done + count);
+        Ok(())
+    }
+
+    /// Whether the passes so far are enough. Where it is time to ask, what they say is worked out.
+    fn judge<T: NearestPhotons>(
+        &mut self,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        schedule: &mut Schedule,
+        taken: f64,
+    ) -> bool {
+        let done = self.done.len();
+        if done == 0 {
+            return schedule.closed;
+        }
+        let enough = self.settings.passes.is_some_and(|most| done >= most);
+        let late = self.settings.time.is_some_and(|limit| self.started.elapsed().as_secs_f64() + taken > limit);
+        let last = enough || late || schedule.closed || self.progress.interrupted();
+        if !last && (self.settings.error.is_none() || done < schedule.next_check) {
+            return false;
+        }
+        if self.plan.bounces {
+            self.conclude::<T>(places);
+        }
+        let claim = match places {
+            [] => views.iter().map(View::claim).fold(0.0, f64::max),
+            _ => worst_of(places, Cell::of),
+        };
+        self.progress.pass(done, 100.0 * claim);
+        let Some(percent) = self.settings.error else { return true };
+        let target = percent / 100.0;
+        if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
+            return true;
+        }
+        let floor = worst_of(places, Cell::of_direct);
+        if floor > target {
+            self.warnings.push(format!(
+                "--error {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
+                100.0 * floor,
+            ));
+            return true;
+        }
+        // An image that is good enough rests while maps and sensors ask for more.
+        let goal = if places.is_empty() { target } else { IMAGE_ERROR / 100.0 };
+        if self.settings.passes.is_none() {
+            views.iter_mut().for_each(|view| view.rests |= view.claim() <= goal);
+        }
+        // The error falls as 1/√passes at best: no use in asking earlier. Asking costs as much as a pass or two.
+        let passes = f64::from(done);
+        let needed = (passes * (claim / target).powi(2)).clamp(1.4 * passes, 2.0 * passes);
+        schedule.next_check = done.max(needed as u32 - 1) + 1;
+        false
     }
 
     /// Parts of a pass with photons of their own.
@@ -110,15 +190,17 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// One pass: trace, build, gather.
-    fn pass<T: NearestPhotons>(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>], views: &mut [View<'_, C>]) {
-        // An image that is good enough rests while maps and sensors ask for more.
-        let goal = if places.is_empty() { self.settings.error } else { Some(IMAGE_ERROR) };
-        let goal = goal.filter(|_| self.settings.error.is_some() && self.settings.passes.is_none());
-        let rests = |view: &View<'_, C>| self.passes > 0 && goal.is_some_and(|goal| 100.0 * view.claim() <= goal);
-        let resting: Vec<bool> = views.iter().map(rests).collect();
-        let pass = u64::from(self.passes);
+    fn pass<T: NearestPhotons>(
+        &mut self,
+        engine: &Engine<'_, C>,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        number: u32,
+    ) {
+        let resting: Vec<bool> = views.iter().map(|view| view.rests).collect();
+        let pass = u64::from(number);
         // What rays can't find, caustics, is left to all photons so far; other densities are a matter of one pass.
-        let mut crossings = std::mem::take(&mut self.caustics);
+        let mut crossings: Vec<Crossings<C>> = Vec::new();
         crossings.resize_with(places.len(), Crossings::default);
         let mut landings = Photons::default();
         let rounds = self.rounds();
@@ -166,9 +248,11 @@ impl<const C: usize> Rendering<'_, C> {
             }
         }
         if self.plan.method.sends_rays() {
-            self.caustics = crossings;
+            if crossings.iter().any(|crossings| !crossings.is_empty()) {
+                self.caustics.insert((self.settings.seed, number), crossings);
+            }
         } else {
-            let searches = self.searches.of_pass(self.passes);
+            let searches = self.searches.of_pass(number);
             self.gather::<T>(places, crossings, landings, searches);
         }
     }
@@ -350,7 +434,7 @@ impl<const C: usize> Rendering<'_, C> {
         let stride = layout.map_or(0, |layout| layout.stride);
         let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch(), vec![0.0; stride]);
         let scales = self.scales();
-        let add = |scratch: &mut (_, _, _, Vec<f64>), point: usize, sums: &mut Densities<C>, rows: &mut [f32]| {
+        let add = |scratch: &mut (_, _, _, Vec<f64>), point: usize, sums: &mut Densities<C>, rows: &mut [Sum]| {
             if !has_value[point] {
                 return;
             }
@@ -409,7 +493,7 @@ impl<const C: usize> Rendering<'_, C> {
 
     /// Photon maps in the sums of densities: one each pass; or all photons so far make one, of passes · ROUNDS times the flux.
     pub(super) fn density_passes(&self) -> f64 {
-        f64::from(self.passes) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
+        f64::from(self.done.len()) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
     }
 
     /// What the passes so far say of light that has bounced.
@@ -418,11 +502,15 @@ impl<const C: usize> Rendering<'_, C> {
         if self.plan.method.sends_rays() && self.plan.photons && self.plan.caustics {
             for place in places.iter_mut() {
                 place.density.fill(Default::default());
-                place.groups.iter_mut().for_each(|groups| groups.density.fill(0.0));
+                place.groups.iter_mut().for_each(|groups| groups.density.fill(Sum::ZERO));
+            }
+            let mut all = vec![Crossings::default(); places.len()];
+            for crossings in self.caustics.values() {
+                all.iter_mut().zip(crossings).for_each(|(all, pass)| all.extend(pass));
             }
             let searches = Searches::new(self.plan.method, self.settings, self.diagonal, self.photons_emitted as f64);
             self.photons_stored = 0;
-            self.gather::<T>(places, self.caustics.clone(), Photons::default(), searches);
+            self.gather::<T>(places, all, Photons::default(), searches);
         }
         let (scales, fixed) =
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
@@ -431,12 +519,11 @@ impl<const C: usize> Rendering<'_, C> {
                 let Place { receiver, has_value, smoother, density, samples, counts, bounced, groups, .. } = place;
                 let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
                 let listen = groups.is_some();
-                let mean = |sum: &Estimate<C>| Estimate {
-                    value: sum.value.map(|value| value / passes),
-                    variance: sum.variance / (passes * passes),
-                };
-                let best = |kind: fn(&Densities<C>) -> &[Estimate<C>; SCALES.len()], chosen: &mut Vec<u8>| {
-                    let scale = |scale: usize| density.iter().map(|sums| mean(&kind(sums)[scale])).collect();
+                let best = |kind: fn(&Densities<C>) -> &[EstimateSum<C>; SCALES.len()], chosen: &mut Vec<u8>| {
+                    if density.is_empty() {
+                        return vec![Estimate::DARK; receiver.len()];
+                    }
+                    let scale = |scale: usize| density.iter().map(|sums| kind(sums)[scale].mean(passes)).collect();
                     let note = |scale| {
                         if listen {
                             chosen.push(scale as u8)

@@ -87,7 +87,8 @@ impl<const C: usize> Rendering<'_, C> {
                  tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?"
             ));
         }
-        let cut_off = photometric(self.flux.cut_off) / photometric(self.flux.emitted).max(f64::MIN_POSITIVE);
+        let flux = self.flux.mean(1.0);
+        let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
         if cut_off > 0.0 {
             self.warnings.push(format!(
                 "{:.3} % of the flux was still under way after {} bounces and was cut off: illuminance is too low",
@@ -124,7 +125,7 @@ impl<const C: usize> Rendering<'_, C> {
             tree: self.settings.tree.name().into(),
             photons_emitted: self.photons_emitted,
             photons_stored: self.photons_stored,
-            passes: self.passes,
+            passes: self.done.len(),
             nearest: self.searches.smooth.nearest,
             radius: f64::from(self.searches.smooth.radius),
             seed: self.settings.seed,
@@ -153,12 +154,7 @@ impl<const C: usize> Rendering<'_, C> {
 
     /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
     fn mean_balance(&self) -> Tally<C> {
-        let mut mean = self.flux;
-        let rounds = (u64::from(self.passes.max(1)) * self.rounds()) as f64;
-        for part in [&mut mean.emitted, &mut mean.absorbed, &mut mean.escaped, &mut mean.cut_off] {
-            *part = part.map(|channel| channel / rounds);
-        }
-        mean
+        self.flux.mean((u64::from(self.done.len().max(1)) * self.rounds()) as f64)
     }
 
     fn map(&self, plane: &MeasuringPlane, place: &Place<C>) -> IlluminanceMap {

@@ -4,6 +4,7 @@
 //! compositors mix are such means too, E and albedo and normal, times coverage as EXR's alpha has it; depth and position
 //! are those of the ray through the pixel's middle, for a mean of two surfaces would lie where there is none.
 
+use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -16,6 +17,8 @@ use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::report::{CameraImage, Layer};
 use crate::scene::Camera;
+use crate::state::Sum;
+use crate::state::tape::Tape;
 
 /// Depth of a pixel whose middle sees nothing, m: farther than all else, as Blender writes it.
 const NOTHING: f32 = 1e10;
@@ -34,33 +37,41 @@ pub(super) struct View<'a, const C: usize> {
     /// Rays of each pixel so far.
     samples: u64,
     /// Independent parts they came in.
-    batches: u32,
+    batches: u64,
+    /// Whether the image is good enough, and rests while maps and sensors ask for more.
+    pub(super) rests: bool,
 }
 
 /// Sums over the rays of a pixel.
 #[derive(Clone, Copy)]
 struct Pixel<const C: usize> {
-    direct: [f64; C],
-    indirect: [f64; C],
-    luminance: [f64; C],
-    albedo: [f32; C],
-    normal: [f32; 3],
-    coverage: f32,
-    /// Mean of the batches' photometric E, lx, and Σ of their squared deviations (Welford).
-    mean: f64,
-    scatter: f64,
+    direct: [Sum; C],
+    indirect: [Sum; C],
+    luminance: [Sum; C],
+    /// Of the batches' photometric E, lx, and of their squares.
+    batches: Sum,
+    squares: Sum,
+    /// Albedo, normal and coverage, whose parts are multiples of 2⁻²⁴: sums of half a billion of them need no rounding.
+    albedo: [f64; C],
+    normal: [f64; 3],
+    coverage: f64,
+}
+
+/// A part of albedo or normal, rounded to a multiple of 2⁻²⁴.
+fn multiple(part: f32) -> f64 {
+    (f64::from(part) * f64::from(1 << 24)).round() / f64::from(1 << 24)
 }
 
 impl<const C: usize> Pixel<C> {
     const NEW: Self = Self {
-        direct: [0.0; C],
-        indirect: [0.0; C],
-        luminance: [0.0; C],
+        direct: [Sum::ZERO; C],
+        indirect: [Sum::ZERO; C],
+        luminance: [Sum::ZERO; C],
+        batches: Sum::ZERO,
+        squares: Sum::ZERO,
         albedo: [0.0; C],
         normal: [0.0; 3],
         coverage: 0.0,
-        mean: 0.0,
-        scatter: 0.0,
     };
 }
 
@@ -95,6 +106,7 @@ impl<'a, const C: usize> View<'a, C> {
             origin,
             samples: 0,
             batches: 0,
+            rests: false,
         }
     }
 
@@ -110,7 +122,7 @@ impl<'a, const C: usize> View<'a, C> {
         let (origin, count) = (camera.eye.as_vec3(), batch.rays);
         self.samples += count;
         self.batches += 1;
-        let (batches, cast) = (f64::from(self.batches), AtomicU64::new(0));
+        let cast = AtomicU64::new(0);
         let memory = || batch.eye.caustics.map(|caustics| caustics.scratch());
         self.pixels.par_chunks_mut(columns).enumerate().for_each_init(memory, |scratch, (row, pixels)| {
             let mut rays = 0;
@@ -132,21 +144,20 @@ impl<'a, const C: usize> View<'a, C> {
                     };
                     let seen = batch.eye.look(origin, direction, &mut draw);
                     let Pixel { direct, indirect, luminance, albedo, normal, coverage, .. } = pixel;
-                    (0..C).for_each(|c| luminance[c] += seen.luminance[c]);
+                    (0..C).for_each(|c| luminance[c].add(seen.luminance[c]));
                     let Some(surface) = seen.surface else { continue };
                     for c in 0..C {
-                        direct[c] += surface.light.direct[c];
-                        indirect[c] += surface.light.indirect[c];
-                        albedo[c] += surface.albedo[c];
+                        direct[c].add(surface.light.direct[c]);
+                        indirect[c].add(surface.light.indirect[c]);
+                        albedo[c] += multiple(surface.albedo[c]);
                     }
-                    (0..3).for_each(|axis| normal[axis] += surface.normal[axis]);
+                    (0..3).for_each(|axis| normal[axis] += multiple(surface.normal[axis]));
                     *coverage += 1.0;
                     sum += photometric(surface.light.direct) + photometric(surface.light.indirect);
                 }
                 let found = sum / count as f64;
-                let off = found - pixel.mean;
-                pixel.mean += off / batches;
-                pixel.scatter += off * (found - pixel.mean);
+                pixel.batches.add(found);
+                pixel.squares.add(found * found);
             }
             cast.fetch_add(rays, Ordering::Relaxed);
             progress(columns as u64);
@@ -154,11 +165,26 @@ impl<'a, const C: usize> View<'a, C> {
         cast.into_inner()
     }
 
+    /// Hands its sums over.
+    pub(super) fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        tape.count(&mut self.samples)?;
+        tape.count(&mut self.batches)?;
+        let mut rests = u64::from(self.rests);
+        tape.number(&mut rests)?;
+        self.rests |= rests > 0;
+        for Pixel { direct, indirect, luminance, batches, squares, albedo, normal, coverage } in &mut self.pixels {
+            let light = [direct, indirect, luminance].into_iter().flatten();
+            light.chain([batches, squares]).try_for_each(|sum| tape.sum(sum))?;
+            albedo.iter_mut().chain(normal).chain([coverage]).try_for_each(|sum| tape.exact(sum))?;
+        }
+        Ok(())
+    }
+
     /// Claimed standard error of a pixel, root mean square, relative to the image's mean E; 0 in the dark.
     pub(super) fn claim(&self) -> f64 {
         let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
         for pixel in self.pixels.iter().filter(|pixel| pixel.coverage > 0.0) {
-            sum += pixel.mean;
+            sum += pixel.batches.value() / self.batches as f64;
             variance += self.variance(pixel);
             count += 1.0;
         }
@@ -167,8 +193,10 @@ impl<'a, const C: usize> View<'a, C> {
 
     /// Variance of a pixel's photometric E, lx².
     fn variance(&self, pixel: &Pixel<C>) -> f64 {
-        let batches = f64::from(self.batches);
-        pixel.scatter / (batches * (batches - 1.0)).max(1.0)
+        let (batches, sum) = (self.batches as f64, pixel.batches.value());
+        // Σ (x − x̄)² = Σ x² − x̄ Σ x; rounding may leave it a little below 0.
+        let scatter = (pixel.squares.value() - sum * sum / batches).max(0.0);
+        scatter / (batches * (batches - 1.0)).max(1.0)
     }
 
     /// The image, `centre` being the world position of the scene's origin, m.
@@ -181,7 +209,7 @@ impl<'a, const C: usize> View<'a, C> {
             Layer((0..C).map(|c| each(&|pixel| sums(pixel)[c] * per_sample)).collect())
         };
         let camera = self.camera;
-        let normal = |axis: usize| each(&|pixel| f64::from(pixel.normal[axis]) * per_sample);
+        let normal = |axis: usize| each(&|pixel| pixel.normal[axis] * per_sample);
         let position = |axis: usize| self.places.iter().map(|(_, position)| position[axis]).collect();
         CameraImage {
             name: camera.name.clone(),
@@ -194,17 +222,17 @@ impl<'a, const C: usize> View<'a, C> {
             pixels: camera.pixels,
             samples: self.samples,
             claim: self.claim(),
-            illuminance: mean(&|pixel| std::array::from_fn(|c| pixel.direct[c] + pixel.indirect[c])),
-            direct: mean(&|pixel| pixel.direct),
-            indirect: mean(&|pixel| pixel.indirect),
-            luminance: mean(&|pixel| pixel.luminance),
+            illuminance: mean(&|pixel| std::array::from_fn(|c| pixel.direct[c].value() + pixel.indirect[c].value())),
+            direct: mean(&|pixel| pixel.direct.map(Sum::value)),
+            indirect: mean(&|pixel| pixel.indirect.map(Sum::value)),
+            luminance: mean(&|pixel| pixel.luminance.map(Sum::value)),
             standard_error: each(&|pixel| self.variance(pixel).sqrt()),
-            albedo: mean(&|pixel| pixel.albedo.map(f64::from)),
+            albedo: mean(&|pixel| pixel.albedo),
             normal: Layer((0..3).map(normal).collect()),
             depth: self.places.iter().map(|(depth, _)| *depth).collect(),
             position: Layer((0..3).map(position).collect()),
             position_origin: self.origin,
-            coverage: each(&|pixel| f64::from(pixel.coverage) * per_sample),
+            coverage: each(&|pixel| pixel.coverage * per_sample),
         }
     }
 }

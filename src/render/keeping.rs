@@ -1,0 +1,225 @@
+//! What a run keeps of its passes: in a checkpoint, and out of the states of other runs.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::team::{Alone, Team};
+use super::views::View;
+use super::{Place, Rendering, Settings};
+use crate::error::{Error, InputError, Location};
+use crate::gather::receiver::Crossings;
+use crate::report::invalid;
+use crate::scene::Scene;
+use crate::scene::plan::Plan;
+use crate::state::file::{Kept, Recipe, Words};
+use crate::state::tape::Tape;
+use crate::state::{PassRange, file};
+
+/// What a run shall keep, and go on from.
+pub struct Keeping<'a> {
+    /// A file that holds the state after each pass. Where it is there already, the run goes on from it, unless it merges
+    /// others.
+    pub checkpoint: Option<&'a Path>,
+    /// States of other runs: they are added up, and no pass is run.
+    pub states: &'a [PathBuf],
+    /// The processes that share the passes.
+    pub team: &'a dyn Team,
+}
+
+impl Default for Keeping<'_> {
+    fn default() -> Self {
+        Self { checkpoint: None, states: &[], team: &Alone }
+    }
+}
+
+/// When the error is asked for.
+pub(super) struct Schedule {
+    /// Number of passes after which it is asked for next.
+    pub(super) next_check: u32,
+    /// Whether there are no passes to come.
+    pub(super) closed: bool,
+}
+
+/// What makes the state of a run: such states add up.
+pub fn recipe(scene: &Scene, plan: &Plan, settings: &Settings) -> Recipe {
+    let planes = scene.planes.iter().map(|plane| &plane.name);
+    Recipe {
+        luxmap: env!("CARGO_PKG_VERSION").into(),
+        scene_sha256: scene.hash.clone(),
+        planes: planes.chain(scene.surfaces.iter().map(|surface| &surface.name)).cloned().collect(),
+        cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        method: plan.method.name().into(),
+        tree: settings.tree.name().into(),
+        photons: settings.photons,
+        rays: settings.rays,
+        smooth: settings.smooth,
+        nearest: settings.nearest,
+        radius: settings.radius,
+        groups: settings.groups,
+    }
+}
+
+/// An error on the way from one process to another.
+pub(super) fn lost(error: io::Error) -> Error {
+    Error::Usage(format!("what a process found did not arrive whole: {error}"))
+}
+
+impl<const C: usize> Rendering<'_, C> {
+    /// Takes over what earlier passes left.
+    pub(super) fn recall(
+        &mut self,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        keeping: &Keeping<'_>,
+    ) -> Result<Schedule, Error> {
+        let mut schedule = Schedule { next_check: 1, closed: !keeping.states.is_empty() };
+        for path in keeping.states {
+            self.add(places, views, path, Kept::open(path)?)?;
+        }
+        if let Some(path) =
+            keeping.checkpoint.filter(|path| keeping.team.rank() == 0 && !schedule.closed && path.exists())
+        {
+            let kept = Kept::open(path)?;
+            let Words { passes, next_check, .. } = &kept.words;
+            let PassRange { seed, first, count } = match passes.ranges() {
+                [range] => *range,
+                _ => return Err(refuse(path, format!("passes {passes}"), "passes without a gap")),
+            };
+            let (own_seed, own_first) = (self.settings.seed, self.settings.first_pass);
+            if (seed, first) != (own_seed, own_first) {
+                let expected = format!("passes from {own_first} on of seed {own_seed}");
+                return Err(refuse(path, format!("passes {passes}"), expected));
+            }
+            schedule.next_check = match (next_check, self.settings.error) {
+                (Some((error, next)), Some(wanted)) if *error == wanted => *next,
+                _ => count,
+            };
+            self.add(places, views, path, kept)?;
+        }
+        Ok(schedule)
+    }
+
+    /// Adds the state of a file.
+    fn add(
+        &mut self,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        path: &Path,
+        kept: Kept,
+    ) -> Result<(), Error> {
+        if let Some((name, here, there)) = recipe(self.scene, self.plan, self.settings).difference(&kept.words.recipe) {
+            let found = format!("a state of {name} {there}");
+            let error = InputError::new(Location::file(path), found, here);
+            return Err(error.hint("only states of the same scene and settings add up").into());
+        }
+        let passes = kept.words.passes.clone();
+        self.done.add(&passes).map_err(|(seed, pass)| {
+            refuse(path, format!("pass {pass} of seed {seed} a second time"), "passes that no other state holds")
+        })?;
+        kept.add(&mut |tape| self.exchange(places, views, tape))
+    }
+
+    /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose is said.
+    pub(super) fn save(
+        &mut self,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        schedule: &Schedule,
+        keeping: &Keeping<'_>,
+    ) {
+        let Some(path) = keeping.checkpoint.filter(|_| keeping.team.rank() == 0) else { return };
+        let words = Words {
+            scene: std::path::absolute(&self.scene.file).unwrap_or_else(|_| self.scene.file.clone()),
+            recipe: recipe(self.scene, self.plan, self.settings),
+            passes: self.done.clone(),
+            next_check: self.settings.error.map(|error| (error, schedule.next_check)),
+        };
+        let written = self
+            .timed("checkpoint", 1, |this| file::write(path, &words, &mut |tape| this.exchange(places, views, tape)));
+        if let Err(error) = written {
+            let warning = format!("checkpoint: {error}; should the run end early, passes since the last one are lost");
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+    }
+
+    /// Hands over all that passes leave behind.
+    pub(super) fn exchange(
+        &mut self,
+        places: &mut [Place<C>],
+        views: &mut [View<'_, C>],
+        tape: &mut Tape<'_>,
+    ) -> io::Result<()> {
+        tape.count(&mut self.photons_emitted)?;
+        tape.count(&mut self.photons_stored)?;
+        tape.count(&mut self.gather_rays)?;
+        self.flux.exchange(tape)?;
+        self.exchange_caustics(places.len(), tape)?;
+        tape.same(places.len(), "receivers")?;
+        for place in places {
+            place.exchange(tape)?;
+        }
+        tape.same(views.len(), "cameras")?;
+        views.iter_mut().try_for_each(|view| view.exchange(tape))
+    }
+
+    fn exchange_caustics(&mut self, receivers: usize, tape: &mut Tape<'_>) -> io::Result<()> {
+        let mut passes = self.caustics.len() as u64;
+        tape.number(&mut passes)?;
+        match tape {
+            Tape::Clear => self.caustics.clear(),
+            Tape::Out(_) => {
+                for ((seed, pass), crossings) in &mut self.caustics {
+                    tape.number(&mut seed.clone())?;
+                    tape.number(&mut u64::from(*pass))?;
+                    crossings.iter_mut().try_for_each(|crossings| crossings.exchange(tape))?;
+                }
+            }
+            Tape::In(_) => {
+                for _ in 0..passes {
+                    let (mut seed, mut pass) = (0, 0);
+                    tape.number(&mut seed)?;
+                    tape.number(&mut pass)?;
+                    let mut crossings: Vec<Crossings<C>> = Vec::new();
+                    for _ in 0..receivers {
+                        let mut at_one = Crossings::default();
+                        at_one.exchange(tape)?;
+                        self.check(&at_one)?;
+                        crossings.push(at_one);
+                    }
+                    let pass = u32::try_from(pass).map_err(|_| invalid(format!("found pass {pass}")))?;
+                    self.caustics.insert((seed, pass), crossings);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether photons from elsewhere name luminaires that exist.
+    fn check(&self, crossings: &Crossings<C>) -> io::Result<()> {
+        let photons = [&crossings.sharp, &crossings.smooth].map(|photons| photons.positions.len());
+        let known = self.scene.luminaires.len();
+        let fits = photons.iter().zip(&crossings.sources).all(|(&photons, sources)| {
+            sources.len() == if self.groups.is_some() { photons } else { 0 }
+                && sources.iter().all(|&luminaire| (luminaire as usize) < known)
+        });
+        if fits { Ok(()) } else { Err(invalid("found photons of unknown luminaires".into())) }
+    }
+}
+
+impl<const C: usize> Place<C> {
+    fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        tape.same(self.receiver.len(), "points")?;
+        self.samples.iter_mut().try_for_each(|samples| samples.exchange(tape))?;
+        self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
+        for sums in &mut self.density {
+            sums.sharp.iter_mut().chain(&mut sums.smooth).try_for_each(|sum| sum.exchange(tape))?;
+        }
+        self.groups.iter_mut().try_for_each(|groups| tape.sums(&mut groups.density))
+    }
+}
+
+fn refuse(path: &Path, found: impl Into<String>, expected: impl Into<String>) -> Error {
+    InputError::new(Location::file(path), found, expected).into()
+}

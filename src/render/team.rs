@@ -1,0 +1,52 @@
+//! Processes that share the passes of a run.
+
+use std::io;
+
+/// A run's processes. Each does its own passes; the leader adds up, judges, and tells the others how to go on.
+pub trait Team: Sync {
+    /// Number of processes.
+    fn size(&self) -> u32;
+
+    /// Number of this one; 0 leads.
+    fn rank(&self) -> u32;
+
+    /// Hands what this process found to the leader, who hears that of all others, one after the other.
+    fn hand_in(&self, found: &[u8], hear: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>;
+
+    /// What the leader says, to all.
+    fn tell(&self, word: Word) -> Word;
+}
+
+/// How a run goes on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// It does not.
+    pub over: bool,
+    /// Passes that are done.
+    pub done: u32,
+    /// Number of passes after which the error is asked for.
+    pub next_check: u32,
+    /// Images that are good enough.
+    pub rest: Vec<bool>,
+}
+
+/// One process.
+pub struct Alone;
+
+impl Team for Alone {
+    fn size(&self) -> u32 {
+        1
+    }
+
+    fn rank(&self) -> u32 {
+        0
+    }
+
+    fn hand_in(&self, _: &[u8], _: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn tell(&self, word: Word) -> Word {
+        word
+    }
+}
