@@ -1,5 +1,5 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
-.PHONY: setup build demo test bench check-exr check-blender clean
+.PHONY: setup build demo test test-mpi bench check-exr check-blender clean
 
 # Embree 4 and libclang; does nothing once they are there.
 setup:
@@ -15,6 +15,15 @@ test: setup
 	cargo fmt --check
 	cargo clippy --all-targets -- -D warnings
 	cargo test
+	@$(MAKE) --no-print-directory test-mpi
+
+# Passes spread over MPI processes. Left out, and said so, where OpenMPI is missing and only root could install it.
+test-mpi: setup
+	@scripts/setup.sh mpi; case $$? in \
+	  0) cargo clippy --features mpi --test mpi -- -D warnings && cargo test --features mpi --test mpi ;; \
+	  77) echo "MPI is not tested" ;; \
+	  *) exit 1 ;; \
+	esac
 
 bench: setup
 	cargo bench

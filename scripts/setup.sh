@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes ready what build.rs needs: Embree 4, libclang (bindgen reads Embree's header with it) and a C linker.
 # A second run finds everything in place and does nothing. Works as root and, once libclang is there, as a plain user.
+# With the argument `mpi`: also OpenMPI, for the feature `mpi`; exit code 77 where only root could install it.
 set -euo pipefail
 shopt -s nullglob
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -111,5 +112,14 @@ if ! have_embree; then
         install libembree-dev
     else
         unpack_private_embree
+    fi
+fi
+
+if [[ ${1:-} == mpi ]] && ! { has mpicc && has mpirun; }; then
+    if has apt-get && is_root; then
+        install libopenmpi-dev openmpi-bin
+    else
+        say "please have root run \"apt-get install libopenmpi-dev openmpi-bin\", or put another MPI's mpicc and mpirun on the PATH"
+        exit 77
     fi
 fi

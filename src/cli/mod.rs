@@ -39,6 +39,9 @@ enum Outcome {
     Done,
     /// Ran, but a required value was missed: exit code 1.
     Missed,
+    /// Another process says why not: exit code 2.
+    #[cfg(feature = "mpi")]
+    Failed,
 }
 
 /// Runs the command line; exit code 0: done, 1: ran, but a required value was missed, 2: bad input or use.
@@ -58,6 +61,8 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
+        #[cfg(feature = "mpi")]
+        Ok(Outcome::Failed) => ExitCode::from(2),
         Err(error) => {
             complain(&format!("luxmap: {}", one_line(&error.to_string(), " ")));
             ExitCode::from(2)

@@ -8,7 +8,11 @@ use clap::builder::PossibleValuesParser;
 use super::progress::Bar;
 use super::{Outcome, complain, print};
 use crate::error::Error;
-use crate::render::{IMAGE_ERROR, Keeping, Settings, Tree, render_and_keep};
+#[cfg(not(feature = "mpi"))]
+use crate::render::launched;
+#[cfg(feature = "mpi")]
+use crate::render::mpi::World;
+use crate::render::{Alone, IMAGE_ERROR, Keeping, Settings, Team, Tree, render_and_keep};
 use crate::report::{self, ExtraLayers, Results};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
@@ -131,12 +135,55 @@ pub(super) fn parse_method(given: Option<&String>, scene: &Scene) -> Method {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let checkpoint = arguments.checkpoint.as_deref();
-    let keeping = Keeping { checkpoint, ..Default::default() };
+    #[cfg(feature = "mpi")]
+    if let Some(world) = World::join()? {
+        return run_in(world, arguments);
+    }
+    #[cfg(not(feature = "mpi"))]
+    if launched() > 1 {
+        let found = launched();
+        return Err(Error::Usage(format!("found {found} MPI processes, expected a luxmap built with --features mpi")));
+    }
+    finish(arguments, prepare(arguments)?, &Alone)
+}
+
+/// The same, as one of several processes. What ails all is said once.
+#[cfg(feature = "mpi")]
+fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
+    let prepared = prepare(arguments);
+    // A launcher ends all processes as soon as one has failed: what there is to say comes before any leaves.
+    match (world.first_failure(prepared.is_err()), prepared) {
+        (None, Ok(job)) => {
+            let outcome = finish(arguments, job, &world);
+            match &outcome {
+                Ok(_) => world.leave(),
+                Err(error) => complain(&format!("luxmap: process {}: {error}", world.rank())),
+            }
+            outcome
+        }
+        (first, prepared) => {
+            if let (true, Err(error)) = (first == Some(world.rank()), prepared) {
+                complain(&format!("luxmap: {error}"));
+            }
+            world.leave();
+            Ok(Outcome::Failed)
+        }
+    }
+}
+
+/// Reads the scene and makes the folder, so that what is wrong comes first.
+fn prepare(arguments: &Arguments) -> Result<(Job, PathBuf), Error> {
     let job = Job::of(arguments)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
     report::prepare(&folder)?;
-    let Some(results) = job.run(arguments.threads, arguments.quiet, &keeping)? else { return Ok(Outcome::Done) };
+    Ok((job, folder))
+}
+
+/// Computes, writes and tells.
+fn finish(arguments: &Arguments, (job, folder): (Job, PathBuf), team: &dyn Team) -> Result<Outcome, Error> {
+    let keeping = Keeping { checkpoint: arguments.checkpoint.as_deref(), team, ..Default::default() };
+    let quiet = arguments.quiet || team.rank() > 0;
+    let Some(results) = job.run(arguments.threads, quiet, &keeping)? else { return Ok(Outcome::Done) };
     let written = report::write(&results, &folder, &layers(&arguments.layers))?;
     tell(&results, &folder, written.len(), arguments.json)?;
     Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })

@@ -2,6 +2,8 @@
 
 mod groups;
 mod keeping;
+#[cfg(feature = "mpi")]
+pub mod mpi;
 mod passes;
 mod results;
 mod team;
@@ -35,7 +37,7 @@ use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 use crate::state::Passes;
 pub use keeping::{Keeping, recipe};
-pub use team::{Alone, Team};
+pub use team::{Alone, Team, launched};
 
 /// Which tree holds the photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
