@@ -20,6 +20,7 @@ pub mod embree;
 pub mod error;
 pub mod gather;
 pub mod luminaire;
+pub mod office;
 pub mod photon;
 pub mod photon_map;
 pub mod render;

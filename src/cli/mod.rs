@@ -2,6 +2,7 @@
 
 mod converge;
 mod luminaire;
+mod office;
 mod plan;
 mod progress;
 mod render;
@@ -29,6 +30,7 @@ enum Command {
     Converge(converge::Arguments),
     Trees(trees::Arguments),
     Luminaire(luminaire::Arguments),
+    Office(office::Arguments),
 }
 
 /// What a command that ran found out.
@@ -51,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Converge(arguments) => converge::run(&arguments),
         Command::Trees(arguments) => trees::run(&arguments),
         Command::Luminaire(arguments) => luminaire::run(&arguments),
+        Command::Office(arguments) => office::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -8,7 +8,7 @@ pub mod areas;
 pub mod convergence;
 pub mod csv;
 pub mod exr;
-mod file;
+pub(crate) mod file;
 pub mod html;
 pub mod image;
 pub mod json;
