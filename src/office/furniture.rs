@@ -168,7 +168,7 @@ pub fn desk(detail: Detail) -> Item {
         );
         for y in [-0.2, 0.2] {
             let path = parabola([at(y, 0.02), at(y, 0.4), at(1.2 * y, under + 0.004)], 2 * detail.0.min(16) as usize);
-            item.add(Material::Metal, |sink| tube(&path, 0.022, detail.around(6, 0.022), sink));
+            item.add(Material::Metal, |sink| tube(&path, 0.022, detail.around(5, 0.022), sink));
         }
         item.add_box(
             Material::Metal,
@@ -211,11 +211,11 @@ pub fn chair(detail: Detail) -> Item {
     item.add_bent_box(Material::Fabric, [[-0.23, -0.28, 0.52], [0.23, -0.235, 1.02]], 0.016, [4, 1, 4], detail, back);
     let path =
         parabola([(0.0, -0.1, 0.425), (0.0, -0.31, 0.36), (0.0, -0.268, 0.62)].map(DVec3::from), 4 * detail.0 as usize);
-    item.add(Material::Plastic, |sink| tube(&path, 0.018, detail.around(6, 0.018), sink));
+    item.add(Material::Plastic, |sink| tube(&path, 0.018, detail.around(5, 0.018), sink));
     for side in [-1.0, 1.0] {
         let at = |x: f64, y: f64, z: f64| DVec3::new(side * x, y, z);
         let path = parabola([at(0.2, 0.0, 0.45), at(0.36, 0.0, 0.4), at(0.29, 0.0, 0.63)], 4 * detail.0 as usize);
-        item.add(Material::Plastic, |sink| tube(&path, 0.014, detail.around(6, 0.014), sink));
+        item.add(Material::Plastic, |sink| tube(&path, 0.014, detail.around(5, 0.014), sink));
         let pad = [[side * 0.29 - 0.035, -0.14, 0.62], [side * 0.29 + 0.035, 0.12, 0.65]];
         item.add_bent_box(Material::Plastic, pad, 0.012, [1, 3, 1], detail, |p| p - DVec3::Z * (0.6 * p.y * p.y));
     }
@@ -229,8 +229,8 @@ pub fn chair(detail: Detail) -> Item {
         };
         let arm = [[0.01, -0.02, 0.08], [0.31, 0.02, 0.11]];
         item.add_bent_box(Material::Plastic, arm, 0.008, [3, 1, 1], detail, turned);
-        let wheel = ball(0.027, 0.028, detail.segments(4, 0.027 * PI));
-        item.add_turned(Material::Plastic, [0.29 * cos, 0.29 * sin], &wheel, detail.around(6, 0.027));
+        let wheel = ball(0.027, 0.028, detail.segments(3, 0.027 * PI));
+        item.add_turned(Material::Plastic, [0.29 * cos, 0.29 * sin], &wheel, detail.around(5, 0.027));
     }
     item
 }
@@ -286,12 +286,12 @@ pub fn pedestal(detail: Detail) -> Item {
         let z = 0.075 + 0.173 * f64::from(drawer);
         item.add_box(Material::Cabinet, [[-0.19, -0.266, z], [0.19, -0.24, z + 0.165]], 0.005, [1, 0, 1], detail);
         let at = |x: f64, y: f64| DVec3::new(x, y, z + 0.13);
-        let path = parabola([at(-0.06, -0.262), at(0.0, -0.31), at(0.06, -0.262)], 4 * detail.0 as usize);
+        let path = parabola([at(-0.06, -0.262), at(0.0, -0.31), at(0.06, -0.262)], 2 * detail.0 as usize);
         item.add(Material::Metal, |sink| tube(&path, 0.005, detail.around(5, 0.005), sink));
     }
     for [x, y] in [[-0.16, -0.2], [0.16, -0.2], [-0.16, 0.2], [0.16, 0.2]] {
-        let wheel = ball(0.032, 0.033, detail.segments(4, 0.032 * PI));
-        item.add_turned(Material::Plastic, [x, y], &wheel, detail.around(6, 0.032));
+        let wheel = ball(0.032, 0.033, detail.segments(3, 0.032 * PI));
+        item.add_turned(Material::Plastic, [x, y], &wheel, detail.around(5, 0.032));
     }
     item
 }
@@ -303,7 +303,7 @@ pub fn lamp(detail: Detail) -> Item {
     item.add_turned(Material::Metal, [0.0; 2], &outline(&foot, 1, detail), detail.around(10, 0.08));
     let path =
         parabola([(0.0, 0.0, 0.012), (0.0, 0.1, 0.5), (0.1, -0.05, 0.42)].map(DVec3::from), 8 * detail.0 as usize);
-    item.add(Material::Metal, |sink| tube(&path, 0.007, detail.around(6, 0.007), sink));
+    item.add(Material::Metal, |sink| tube(&path, 0.007, detail.around(5, 0.007), sink));
     // A bell with a wall of its own: inside and outside are one closed shell.
     let bell =
         [[0.0, 0.417], [0.03, 0.414], [0.072, 0.352], [0.078, 0.35], [0.078, 0.354], [0.034, 0.424], [0.0, 0.427]];
@@ -428,7 +428,7 @@ pub fn door(detail: Detail) -> Item {
     }
     let path = [(0.36, -0.01, 1.05), (0.36, -0.1, 1.05), (0.23, -0.07, 1.05)].map(DVec3::from);
     let path = parabola(path, 4 * detail.0 as usize);
-    item.add(Material::Metal, |sink| tube(&path, 0.01, detail.around(6, 0.01), sink));
+    item.add(Material::Metal, |sink| tube(&path, 0.01, detail.around(5, 0.01), sink));
     item
 }
 

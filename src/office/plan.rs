@@ -33,10 +33,11 @@ const MOST_SENSORS: u32 = 48;
 /// Luminous flux of a downlight in that of a panel.
 const DOWNLIGHT_SHARE: f64 = 0.5;
 
-/// Share of the luminaires' flux that arrives at 0.75 m, for a room index k = L·W/(h·(L + W)), h being the height of the
-/// openings over that plane: fitted to offices that this command made and luxmap rendered.
+/// Illuminance at 0.75 m over luminous flux per floor area, for a room index k = L·W/(h·(L + W)), h being the height of the
+/// openings over that plane: fitted to six offices that this command made and luxmap rendered, 6 to 216 workstations under
+/// ceilings of 2.8 and 4 m, k = 0.9 … 9.2. Those are met within 2 %.
 fn utilisation(room_index: f64) -> f64 {
-    0.96 * room_index / (room_index + 0.75)
+    room_index / (0.96 * room_index + 0.98)
 }
 
 /// Items of one kind that look alike are made once.

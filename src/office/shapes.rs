@@ -149,21 +149,22 @@ impl BoxGrid {
 pub struct RoundedBox {
     /// Half its sizes, m.
     pub half: DVec3,
-    /// Of edges and corners, m; 0: sharp. At most the least of `half`.
+    /// Of edges and corners, m; 0: sharp. At most the least of `half`. At detail 1 all are sharp.
     pub radius: f64,
     /// Segments of the flat part along each axis at detail 1; 0: one segment at any detail.
     pub flat: [u32; 3],
 }
 
 impl RoundedBox {
-    /// The shell: triangles ∝ detail².
+    /// The shell, an eighth of a circle cut into detail − 1 segments: triangles ∝ detail².
     pub fn shell(&self, detail: Detail, sink: &mut dyn Sink) {
-        let inner = self.half - DVec3::splat(self.radius);
-        let rounds = if self.radius > 0.0 { detail.segments(1, self.radius * FRAC_PI_4) } else { 0 };
+        let radius = if detail > Detail(1) { self.radius } else { 0.0 };
+        let inner = self.half - DVec3::splat(radius);
+        let rounds = if radius > 0.0 { Detail(detail.0 - 1).segments(1, radius * FRAC_PI_4) } else { 0 };
         let axes: [Vec<f64>; 3] = std::array::from_fn(|axis| {
             let (inner, flat) = (inner[axis], 2.0 * inner[axis]);
             let segments = if self.flat[axis] == 0 { 1 } else { detail.segments(self.flat[axis], flat) };
-            let round = |step: usize| inner + self.radius * step as f64 / rounds as f64;
+            let round = |step: usize| inner + radius * step as f64 / rounds as f64;
             let below = (1..=rounds).rev().map(|step| -round(step));
             let above = (1..=rounds).map(round);
             let between = (0..=segments).map(|step| flat * (step as f64 / segments as f64) - inner);
@@ -174,7 +175,7 @@ impl RoundedBox {
         let rounded = |point: DVec3| {
             let within = point.clamp(-inner, inner);
             let out = point - within;
-            if self.radius > 0.0 { within + out * (self.radius / out.length()) } else { point }
+            if radius > 0.0 { within + out * (radius / out.length()) } else { point }
         };
         let grid = BoxGrid::new(std::array::from_fn(|axis| axes[axis].len() - 1));
         let mut first = None;
