@@ -3,6 +3,7 @@
 mod converge;
 mod luminaire;
 mod merge;
+mod office;
 mod plan;
 mod progress;
 mod render;
@@ -31,6 +32,7 @@ enum Command {
     Trees(trees::Arguments),
     Luminaire(luminaire::Arguments),
     Merge(merge::Arguments),
+    Office(office::Arguments),
 }
 
 /// What a command that ran found out.
@@ -57,6 +59,7 @@ pub fn main() -> ExitCode {
         Command::Trees(arguments) => trees::run(&arguments),
         Command::Luminaire(arguments) => luminaire::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
+        Command::Office(arguments) => office::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

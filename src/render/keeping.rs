@@ -116,7 +116,7 @@ impl<const C: usize> Rendering<'_, C> {
         self.done.add(&passes).map_err(|(seed, pass)| {
             refuse(path, format!("pass {pass} of seed {seed} a second time"), "passes that no other state holds")
         })?;
-        kept.add(&mut |tape| self.exchange(places, views, tape))
+        kept.add_to(&mut |tape| self.exchange(places, views, tape))
     }
 
     /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose is said.

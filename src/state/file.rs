@@ -170,7 +170,7 @@ impl Kept {
     }
 
     /// Adds its sums to what `sums` hands over.
-    pub fn add(mut self, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
+    pub fn add_to(mut self, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
         let mut all = || {
             sums(&mut Tape::In(&mut self.file))?;
             match self.file.read(&mut [0])? {
