@@ -15,7 +15,17 @@ pub(crate) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), next_number: 1 }
+        Self::continued(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
+    }
+
+    /// A part of a file that isn't its beginning; its first line gets the number 1.
+    pub(crate) fn continued(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes, next_number: 1 }
+    }
+
+    /// How many lines have been read.
+    pub(crate) fn count_so_far(&self) -> usize {
+        self.next_number - 1
     }
 
     fn physical(&mut self) -> Option<&'a [u8]> {
