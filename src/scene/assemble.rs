@@ -520,7 +520,7 @@ impl Parts {
                 .collect();
             let ranges = match &section.group {
                 Some(group) => groups.ranges(&group.value, triangles.len()),
-                None => vec![0..triangles.len()],
+                None => std::iter::once(0..triangles.len()).collect(),
             };
             if wanted.contains(&true) {
                 let of_material = |&index: &usize| wanted[material_of[index] as usize];

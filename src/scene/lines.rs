@@ -32,7 +32,7 @@ impl<'a> Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|&byte| byte == b'\n').unwrap_or(self.rest.len());
+        let end = memchr::memchr(b'\n', self.rest).unwrap_or(self.rest.len());
         let line = &self.rest[..end];
         self.rest = self.rest.get(end + 1..).unwrap_or_default();
         self.next_number += 1;
@@ -66,7 +66,14 @@ pub(crate) fn keyword(line: &[u8]) -> (&[u8], &[u8]) {
 
 /// Words of a line up to a comment.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take_while(|word| !word.starts_with(b"#"))
+    let mut rest = line;
+    std::iter::from_fn(move || {
+        rest = rest.trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (word, behind) = rest.split_at(end);
+        rest = if word.starts_with(b"#") { &[] } else { behind };
+        (end > 0 && !word.starts_with(b"#")).then_some(word)
+    })
 }
 
 /// A name as text: UTF-8, else taken for Latin-1, as older Windows programs write it.

@@ -166,10 +166,9 @@ enum Kind {
 
 impl Block {
     fn parse(bytes: &[u8], with_groups: bool) -> Option<Self> {
-        // A line of three numbers or corners has some 30 bytes.
         let mut block = Self::default();
         let mut lines = Lines::continued(bytes);
-        while let Some((line, content)) = lines.next() {
+        for (line, content) in lines.by_ref() {
             let (key, rest) = keyword(&content);
             let kind = match key {
                 b"v" => {
