@@ -8,15 +8,17 @@
 //! coordinates' size, to the side the ray goes; the ray itself then begins at distance 0.
 //!
 //! ```
+//! use std::sync::Arc;
+//!
 //! use glam::Vec3;
 //! use luxmap::embree::RayCaster;
 //! use luxmap::scene::Mesh;
 //!
-//! let floor = Mesh {
+//! let floor = Arc::new(Mesh {
 //!     vertices: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
 //!     triangles: vec![[0, 1, 2]],
 //!     material_of: vec![0],
-//! };
+//! });
 //! let caster = RayCaster::build(&floor, 1)?;
 //! let hit = caster.closest_hit(Vec3::new(1.0, 1.0, 2.7), Vec3::NEG_Z, f32::INFINITY).expect("the floor lies below");
 //! assert_eq!((hit.distance, hit.normal), (2.7, Vec3::Z));
@@ -27,9 +29,11 @@
 
 use std::ffi::{CString, c_void};
 use std::ptr;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::scene::Mesh;
@@ -45,12 +49,13 @@ const LARGEST_COORDINATE: f32 = 1e18;
 
 /// Triangles made ready for rays; any number of threads may ask at once.
 ///
-/// Memory: the mesh's vertices and indices once (shared with Embree), 32 bytes a triangle of ours, and about 90 of Embree's.
+/// Memory: the mesh itself (Embree reads its vertices and indices in place), 32 bytes a triangle of ours, and about 90 of
+/// Embree's.
 pub struct RayCaster {
     // Dropped in this order: the scene lives on the device, and reads the buffers as long as it lives.
     scene: Scene,
     device: Device,
-    #[expect(dead_code, reason = "Embree reads it")]
+    #[cfg_attr(not(test), expect(dead_code, reason = "Embree reads it"))]
     buffers: Buffers,
     /// One for each triangle.
     planes: Vec<Plane>,
@@ -90,13 +95,13 @@ impl RayCaster {
     /// Embree silently leaves out a triangle whose index or coordinate is bad, and a missing wall only darkens the room;
     /// so such a mesh is refused here. A mesh without triangles is fine: no ray ever hits it.
     /// Cost: 3–5 s for 4.5 million triangles on two threads.
-    pub fn build(mesh: &Mesh, threads: usize) -> Result<Self, Error> {
+    pub fn build(mesh: &Arc<Mesh>, threads: usize) -> Result<Self, Error> {
         check(mesh)?;
         let device = Device::new(threads.max(1))?;
         let buffers = Buffers::of(mesh);
         let scene = Scene::commit(&device, &buffers)?;
         let smallest = EXTENT_FLOOR * extent(mesh);
-        let planes = mesh.triangles.iter().zip(&mesh.material_of).map(|(triangle, &material)| {
+        let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
             Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
         });
         Ok(Self { scene, device, buffers, planes: planes.collect(), smallest_coordinate: smallest })
@@ -204,7 +209,7 @@ fn ray(origin: Vec3, direction: Vec3, max_distance: f32) -> sys::RTCRay {
 fn check(mesh: &Mesh) -> Result<(), Error> {
     let refuse = |sentence| Err(Error::Embree(sentence));
     let usable = |coordinate: &f32| coordinate.abs() <= LARGEST_COORDINATE; // false for NaN
-    if let Some(bad) = mesh.vertices.iter().position(|vertex| !vertex.iter().all(usable)) {
+    if let Some(bad) = mesh.vertices.par_iter().position_first(|vertex| !vertex.iter().all(usable)) {
         let [x, y, z] = mesh.vertices[bad];
         return refuse(format!(
             "vertex {bad} lies at ({x}, {y}, {z}); expected finite numbers up to {LARGEST_COORDINATE:e} m"
@@ -220,7 +225,8 @@ fn check(mesh: &Mesh) -> Result<(), Error> {
     }
     let known = mesh.vertices.len();
     let outside = |&vertex: &u32| vertex as usize >= known;
-    match mesh.triangles.iter().enumerate().find_map(|(i, corners)| Some((i, corners.iter().copied().find(outside)?))) {
+    let stranger = |corners: &[u32; 3]| corners.iter().copied().find(outside);
+    match mesh.triangles.par_iter().enumerate().find_map_first(|(i, corners)| Some((i, stranger(corners)?))) {
         Some((triangle, vertex)) => {
             refuse(format!("triangle {triangle} names vertex {vertex}, but the mesh has {known}, counted from 0"))
         }
@@ -236,19 +242,30 @@ fn extent(mesh: &Mesh) -> f32 {
     (highest - lowest).max_element()
 }
 
-/// What Embree reads in place: checked by [`check`], and never changed or moved on the heap once it is shared.
+/// What Embree reads in place: checked by [`check`], and never changed or moved as long as it is shared.
 struct Buffers {
-    /// One more than the mesh has: Embree reads vertices 16 bytes at a time, so 4 bytes past the last must be readable.
-    vertices: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
+    mesh: Arc<Mesh>,
+    /// The vertices once more, where those of the mesh end with their allocation: Embree reads vertices 16 bytes at a time,
+    /// so 4 bytes past the last must be readable.
+    vertices: Option<Vec<[f32; 3]>>,
 }
 
 impl Buffers {
-    fn of(mesh: &Mesh) -> Self {
-        let mut vertices = Vec::with_capacity(mesh.vertices.len() + 1);
-        vertices.extend_from_slice(&mesh.vertices);
-        vertices.push([0.0; 3]);
-        Self { vertices, triangles: mesh.triangles.clone() }
+    fn of(mesh: &Arc<Mesh>) -> Self {
+        let copy = || {
+            let mut vertices = Vec::with_capacity(mesh.vertices.len() + 1);
+            vertices.extend_from_slice(&mesh.vertices);
+            vertices
+        };
+        let vertices = (mesh.vertices.capacity() == mesh.vertices.len()).then(copy);
+        Self { mesh: Arc::clone(mesh), vertices }
+    }
+
+    /// Never full: there is room for one vertex behind the last.
+    fn vertices(&self) -> &Vec<[f32; 3]> {
+        let vertices = self.vertices.as_ref().unwrap_or(&self.mesh.vertices);
+        assert!(vertices.capacity() > vertices.len(), "either the mesh's have room or the copy has");
+        vertices
     }
 }
 
@@ -363,13 +380,16 @@ impl Scene {
             sys::rtcSetSceneFlags(scene.0, sys::RTCSceneFlags::ROBUST);
             sys::rtcSetSceneBuildQuality(scene.0, sys::RTCBuildQuality::MEDIUM);
         }
-        if !buffers.triangles.is_empty() {
-            let (vertices, triangles) = (&buffers.vertices, &buffers.triangles);
-            let (vertex_count, stride) = (vertices.len() - 1, size_of::<[f32; 3]>());
+        let triangles = &buffers.mesh.triangles;
+        if !triangles.is_empty() {
+            let vertices = buffers.vertices();
+            let (vertex_count, stride) = (vertices.len(), size_of::<[f32; 3]>());
             let (vertices, triangle_count) = (vertices.as_ptr().cast(), triangles.len());
-            // SAFETY: both buffers hold as many items as named, 12 bytes each, aligned to 4, with one spare vertex behind
-            // the last for 16-byte reads. They stay in place and unchanged longer than the scene: `RayCaster` drops the
-            // scene first. Indices were checked. The scene takes its own reference to the geometry; ours is released.
+            // SAFETY: both buffers hold as many items as named, 12 bytes each, aligned to 4; behind the last vertex the
+            // same allocation has room for another, so that 16 bytes can be read there (Embree makes nothing of the last
+            // 4). They stay in place and unchanged longer than the scene: nobody can change a `Mesh` that is shared, and
+            // `RayCaster` drops the scene first. Indices were checked. The scene takes its own reference to the geometry;
+            // ours is released.
             unsafe {
                 let geometry = sys::rtcNewGeometry(device.handle, Geometry::TRIANGLE);
                 device.check("making a geometry")?;
@@ -470,18 +490,18 @@ mod tests {
     use crate::photon::random::{Seed, Stream};
     use glam::{Quat, vec3};
 
-    fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
+    fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Arc<Mesh> {
         let material_of = vec![0; triangles.len()];
-        Mesh { vertices: vertices.into_iter().map(Into::into).collect(), triangles, material_of }
+        Arc::new(Mesh { vertices: vertices.into_iter().map(Into::into).collect(), triangles, material_of })
     }
 
     /// The lower left half of a square of 1 m in the plane z = 0, front up.
-    fn half_a_square() -> Mesh {
+    fn half_a_square() -> Arc<Mesh> {
         mesh(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])
     }
 
     /// A closed box of the given size around the origin, turned, fronts inside.
-    fn closed_box(size: Vec3, turn: Quat) -> Mesh {
+    fn closed_box(size: Vec3, turn: Quat) -> Arc<Mesh> {
         let side = |bit: u32, corner: u32| if corner >> bit & 1 == 1 { 0.5 } else { -0.5 };
         let corners = (0..8).map(|i| turn * (size * vec3(side(0, i), side(1, i), side(2, i)))).collect();
         let walls = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
@@ -579,9 +599,10 @@ mod tests {
             let mut halves = closed_box(scale * vec3(6.0, 7.2, 2.7), Quat::IDENTITY);
             let turn = Quat::from_rotation_x(tilt) * Quat::from_rotation_y(tilt);
             let corner = |x, y| <[f32; 3]>::from(turn * (scale * vec3(x, y, 0.0)));
-            halves.vertices.extend([corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 9.0), corner(-9.0, 9.0)]);
-            halves.triangles.extend([[8, 9, 10], [8, 10, 11]]);
-            halves.material_of.extend([0, 0]);
+            let mesh = Arc::make_mut(&mut halves);
+            mesh.vertices.extend([corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 9.0), corner(-9.0, 9.0)]);
+            mesh.triangles.extend([[8, 9, 10], [8, 10, 11]]);
+            mesh.material_of.extend([0, 0]);
             let caster = RayCaster::build(&halves, 1).unwrap();
             let up = turn * Vec3::Z;
             let lost = lost(&caster, -0.5 * scale * up, RAYS, |hit| hit.position.dot(up) < 1e-5 * scale);
@@ -591,14 +612,14 @@ mod tests {
 
     #[test]
     fn a_mesh_that_embree_would_thin_out_is_refused() {
-        let refused = |mesh: &Mesh| RayCaster::build(mesh, 1).err().expect("the mesh is bad").to_string();
+        let refused = |mesh: &Arc<Mesh>| RayCaster::build(mesh, 1).err().expect("the mesh is bad").to_string();
         let mut bad_index = half_a_square();
-        bad_index.triangles.push([0, 1, 3]);
-        bad_index.material_of.push(0);
+        Arc::make_mut(&mut bad_index).triangles.push([0, 1, 3]);
+        Arc::make_mut(&mut bad_index).material_of.push(0);
         assert_eq!(refused(&bad_index), "Embree: triangle 1 names vertex 3, but the mesh has 3, counted from 0");
         for bad in [f32::NAN, f32::INFINITY, 1e30] {
             let mut mesh = half_a_square();
-            mesh.vertices[2][1] = bad;
+            Arc::make_mut(&mut mesh).vertices[2][1] = bad;
             let expected = format!("Embree: vertex 2 lies at (0, {bad}, 0); expected finite numbers up to 1e18 m");
             assert_eq!(refused(&mesh), expected);
         }
@@ -606,7 +627,7 @@ mod tests {
 
     #[test]
     fn an_empty_mesh_is_never_hit() {
-        for mesh in [Mesh::default(), mesh(vec![Vec3::X], vec![])] {
+        for mesh in [Arc::default(), mesh(vec![Vec3::X], vec![])] {
             let caster = RayCaster::build(&mesh, 2).unwrap();
             assert_eq!(caster.closest_hit(Vec3::ZERO, Vec3::X, f32::INFINITY), None);
             assert!(!caster.is_occluded(Vec3::ZERO, Vec3::X, f32::INFINITY));
@@ -626,6 +647,20 @@ mod tests {
             (one.join().unwrap(), other.join().unwrap())
         });
         assert!(one == other);
+    }
+
+    /// With room behind the last vertex, Embree reads the mesh in place; without, what it reads is a copy that has room.
+    #[test]
+    fn a_mesh_with_room_for_one_more_vertex_is_not_copied() {
+        let mut mesh = Arc::unwrap_or_clone(half_a_square());
+        mesh.vertices.shrink_to_fit();
+        assert_eq!(mesh.vertices.capacity(), 3, "a Vec as the standard library makes it");
+        assert_ne!(Buffers::of(&Arc::new(mesh.clone())).vertices().as_ptr(), mesh.vertices.as_ptr());
+        mesh.vertices.reserve(1);
+        let mesh = Arc::new(mesh);
+        let caster = RayCaster::build(&mesh, 1).unwrap();
+        assert_eq!(caster.buffers.vertices().as_ptr(), mesh.vertices.as_ptr());
+        assert_eq!(caster.buffers.mesh.triangles.as_ptr(), mesh.triangles.as_ptr());
     }
 
     #[test]

@@ -8,6 +8,7 @@ use glam::DVec3;
 use luxmap::luminaire::{Distribution, Opening};
 use luxmap::scene::{Scene, material::Dielectric};
 use luxmap::units;
+use sha2::{Digest, Sha256};
 
 /// The scene of three files in a folder of their own.
 fn load(toml: &str, obj: &str, mtl: &str) -> Scene {
@@ -249,5 +250,28 @@ fn no_byte_of_a_texture_makes_it_panic() {
                 assert!(scene.warnings.iter().all(|warning| !warning.contains('\n')), "{:?}", scene.warnings);
             }
         }
+    }
+}
+
+/// From 16 MiB on an OBJ file is read in blocks, by all threads. Room, hash and errors are those of a small file.
+#[test]
+fn a_large_file_is_the_same_room_as_a_small_one() {
+    let toml = format!("[[mesh]]\nfile = \"room.obj\"\n{LAMP}{SENSOR}");
+    let remark = format!("# {}\n", "long remark ".repeat(100));
+    let padding = remark.repeat((17 << 20) / remark.len());
+    // The face that comes before one of its vertices is what the reader of large files leaves to the other.
+    for rest in ["v 3 4 0\nf -1 3 2\n", "f 2 4 3\nv 3 4 0\n"] {
+        let small = load(&toml, &format!("{TRIANGLE}{rest}"), GREY);
+        let obj = format!("{TRIANGLE}{padding}{rest}");
+        let large = load(&toml, &obj, GREY);
+        assert_eq!(large.mesh.triangles, small.mesh.triangles);
+        assert_eq!(large.mesh.vertices, small.mesh.vertices);
+        assert!(large.mesh.vertices.capacity() > large.mesh.vertices.len(), "Embree wants room for one more");
+        let mut hash = Sha256::new();
+        for bytes in [toml.as_bytes(), obj.as_bytes(), GREY.as_bytes()] {
+            hash.update((bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        }
+        assert_eq!(large.hash, hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect::<String>());
     }
 }

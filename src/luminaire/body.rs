@@ -490,7 +490,6 @@ mod tests {
     use super::*;
     use crate::gather::direct::polygon::projected_solid_angle;
     use crate::photon::random::Seed;
-    use crate::scene::Mesh;
 
     /// Bodies of all kinds, slender, flat and tilted.
     fn bodies() -> Vec<Body> {
@@ -593,7 +592,7 @@ mod tests {
     /// images about their centre, so the mean is the centre as seen, within 5 σ of the points' own spread.
     #[test]
     fn points_fill_what_is_seen_evenly() {
-        let caster = RayCaster::build(&Mesh::default(), 1).expect("no mesh is fine");
+        let caster = RayCaster::build(&std::sync::Arc::default(), 1).expect("no mesh is fine");
         for body in bodies() {
             for (number, d) in directions(7).enumerate() {
                 let (mut stream, count) = (Seed(5).stream(number as u64), 4000);

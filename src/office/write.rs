@@ -107,7 +107,7 @@ impl Office {
         if material == Material::Glass && self.parameters.windows == Windows::Glass { 0.08 } else { 0.0 }
     }
 
-    /// The scene: mesh, luminaires by rows, measuring planes, sensors, a camera.
+    /// The scene: mesh, luminaires by rows, measuring planes, sensors.
     fn toml(&self) -> String {
         let Parameters { workstations, windows, cell, .. } = self.parameters;
         let [x, y, z] = self.size.to_array().map(decimals);

@@ -1,13 +1,14 @@
 //! From the scene file and the files it names to a [`Scene`].
 
 use std::collections::{BTreeSet, HashMap};
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::fields::{Placed, closest, listed, quoted};
@@ -17,6 +18,7 @@ use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
+use super::obj::large::CUT;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
@@ -34,6 +36,8 @@ const LARGEST_MTL: u64 = 64 << 20;
 const LARGEST_TEXTURE: u64 = 256 << 20;
 const LARGEST_PHOTOMETRY: u64 = 64 << 20;
 const LARGEST_OBJ: u64 = 16 << 30;
+/// From this size on, bytes, an OBJ file is read in blocks and by all threads.
+const LARGE_OBJ: u64 = 16 << 20;
 
 impl Scene {
     /// Reads a scene file (TOML) and the meshes it names, checks them, and moves everything to the middle of its
@@ -58,14 +62,14 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     let lamps = reader.lamps(path, &file)?;
     let fixtures = fixture::spread(&file.luminaires, &lamps)?;
 
-    let mesh_bounds = Bounds::around(meshes.iter().flat_map(|mesh| mesh.vertices.iter().copied()));
+    let mesh_bounds = meshes.iter().map(|mesh| Bounds::around_all(&mesh.vertices)).fold(None, Bounds::joined);
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
     let centre = bounds.centre();
 
     let chosen = vec![Vec::new(); file.surfaces.len()];
     let mut parts = Parts { centre, chosen, ..Default::default() };
     let mut emitters = Vec::new();
-    for mesh in &meshes {
+    for mesh in meshes {
         parts.add_mesh(mesh, &file.surfaces, &mut emitters, &mut reader.warnings);
     }
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
@@ -104,7 +108,7 @@ fn load(path: &Path) -> Result<Scene, InputError> {
         file: path.to_owned(),
         hash: reader.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
         centre,
-        mesh: parts.mesh,
+        mesh: Arc::new(parts.mesh),
         materials: parts.materials,
         luminaires: parts.luminaires,
         planes: file.planes,
@@ -200,12 +204,10 @@ impl Reader {
         let mut objs = Vec::new();
         for section in &file.meshes {
             let obj_path = folder.join(&section.file.value);
-            let bytes = self.read(&obj_path, LARGEST_OBJ).map_err(|why| {
-                let found = format!("file = {} ({why})", quoted(&section.file.value));
-                let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
-                error.hint("its path starts from the scene file's folder")
-            })?;
-            let obj = Obj::parse(&obj_path, &bytes, section.placement.metres_per_unit, &asked)?;
+            let obj = match self.large_obj(&obj_path, section, &asked) {
+                Some(obj) => obj,
+                None => self.obj(&obj_path, section, &asked)?,
+            };
             let library = self.library(&obj_path, &obj.libraries)?;
             known.extend(obj.named.iter().cloned());
             known.extend(obj.materials.iter().map(|material| material.value.clone()));
@@ -219,6 +221,32 @@ impl Reader {
         objs.into_iter()
             .map(|(section, path, obj, library)| self.place(section, path, obj, &library, &sections))
             .collect()
+    }
+
+    fn obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Result<Obj, InputError> {
+        let bytes = self.read(path, LARGEST_OBJ).map_err(|why| {
+            let found = format!("file = {} ({why})", quoted(&section.file.value));
+            let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
+            error.hint("its path starts from the scene file's folder")
+        })?;
+        Obj::parse(path, &bytes, section.placement.metres_per_unit, asked)
+    }
+
+    /// A large OBJ file, if it is one without faults; then its bytes become part of the scene's hash as in `read`.
+    fn large_obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Option<Obj> {
+        let metadata = fs::metadata(path).ok()?;
+        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) {
+            return None;
+        }
+        let mut hash = self.hash.clone();
+        hash.update(metadata.len().to_le_bytes());
+        let mut source = Hashed { file: File::open(path).ok()?, hash, bytes: 0 };
+        let obj = Obj::read_large(path, &mut source, CUT, section.placement.metres_per_unit, asked)?;
+        if source.bytes != metadata.len() {
+            return None;
+        }
+        self.hash = source.hash;
+        Some(obj)
     }
 
     /// What each [[luminaire]] is, photometric files read once each.
@@ -334,9 +362,25 @@ impl Reader {
             return Err(surface::unset(&unset, &library.missing));
         }
         let transform = section.placement.transform();
-        let vertices = obj.vertices.into_iter().map(transform).collect();
-        let Obj { triangles, material_of, groups, .. } = obj;
+        let Obj { mut vertices, triangles, material_of, groups, .. } = obj;
+        vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
         Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
+    }
+}
+
+/// A file whose bytes are hashed as they are read.
+struct Hashed {
+    file: File,
+    hash: Sha256,
+    bytes: u64,
+}
+
+impl Read for Hashed {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(out)?;
+        self.hash.update(&out[..count]);
+        self.bytes += count as u64;
+        Ok(count)
     }
 }
 
@@ -433,58 +477,80 @@ impl Parts {
         u32::try_from(number).expect("a file of 16 GiB names fewer than 4e9 materials")
     }
 
-    fn add_vertices(&mut self, vertices: impl Iterator<Item = DVec3>) -> u32 {
+    /// Adds vertices, with room behind them for one more, as Embree wants it. Returns the number of the first.
+    fn add_vertices(&mut self, vertices: &[DVec3]) -> u32 {
         let first = u32::try_from(self.mesh.vertices.len()).expect("fewer than 4e9 vertices: memory ends before");
-        self.mesh.vertices.extend(vertices.map(|vertex| vertex.as_vec3().to_array()));
+        self.mesh.vertices.reserve(vertices.len() + 1);
+        self.mesh.vertices.par_extend(vertices.par_iter().map(|vertex| vertex.as_vec3().to_array()));
         first
     }
 
     fn add_mesh(
         &mut self,
-        mesh: &PlacedMesh,
+        mesh: PlacedMesh,
         measured: &[SurfaceSection],
         emitters: &mut Vec<Emitter>,
         warnings: &mut Vec<String>,
     ) {
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups } = mesh;
         let centre = self.centre;
-        let first = self.add_vertices(mesh.vertices.iter().map(|&vertex| vertex - centre));
-        let numbers: Vec<u32> =
-            mesh.surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
-        let mut shining: Vec<Option<Emitter>> = mesh.surfaces.iter().map(Emitter::of).collect();
-        let of_group = |section: &SurfaceSection| {
-            section.group.as_ref().map(|group| mesh.groups.ranges(&group.value, mesh.triangles.len()))
+        vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
+        let first = self.add_vertices(&vertices);
+        drop(vertices);
+        if first > 0 {
+            triangles.par_iter_mut().flatten().for_each(|vertex| *vertex += first);
+        }
+        let numbers: Vec<u32> = surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
+        // Judge and emit from the rounded corners: they are what rays will meet.
+        let corners = |triangle: &[u32; 3]| {
+            triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)))
         };
-        let groups: Vec<Option<Vec<Range<usize>>>> = measured.iter().map(of_group).collect();
-        let mut flat = 0;
-        for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.material_of).enumerate() {
-            let triangle = triangle.map(|vertex| first + vertex);
-            // Judge and emit from the rounded corners: they are what rays will meet.
-            let corners = triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)));
-            if !has_area(corners) {
-                flat += 1;
-                continue;
+        let is_flat = |&index: &usize| !has_area(corners(&triangles[index]));
+        let flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
+
+        // What is measured or shines: most triangles of most scenes do neither.
+        let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
+        let number = |index: usize| (self.mesh.triangles.len() + kept(index)) as u32;
+        let with_area =
+            |range: Range<usize>| range.filter(|index| flat.is_empty() || flat.binary_search(index).is_err());
+        for (section, chosen) in measured.iter().zip(&mut self.chosen) {
+            let wanted: Vec<bool> = surfaces
+                .iter()
+                .map(|surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name))
+                .collect();
+            let ranges = match &section.group {
+                Some(group) => groups.ranges(&group.value, triangles.len()),
+                None => std::iter::once(0..triangles.len()).collect(),
+            };
+            if wanted.contains(&true) {
+                let of_material = |&index: &usize| wanted[material_of[index] as usize];
+                chosen.extend(ranges.into_iter().flat_map(with_area).filter(of_material).map(number));
             }
-            self.mesh.triangles.push(triangle);
-            self.mesh.material_of.push(numbers[material as usize]);
-            for ((section, ranges), chosen) in measured.iter().zip(&groups).zip(&mut self.chosen) {
-                let name = &mesh.surfaces[material as usize].material.name;
-                let in_group = ranges.as_ref().is_none_or(|ranges| {
-                    let before = ranges.partition_point(|range| range.start <= index);
-                    before > 0 && ranges[before - 1].contains(&index)
-                });
-                if in_group && section.material.as_ref().is_none_or(|material| material.value == *name) {
-                    chosen.push(self.mesh.triangles.len() as u32 - 1);
+        }
+        let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
+        if shining.iter().any(Option::is_some) {
+            for index in with_area(0..triangles.len()) {
+                if let Some(emitter) = &mut shining[material_of[index] as usize] {
+                    emitter.triangles.push(corners(&triangles[index]));
+                    emitter.numbers.push(number(index));
                 }
-            }
-            if let Some(emitter) = &mut shining[material as usize] {
-                emitter.triangles.push(corners);
-                emitter.numbers.push(self.mesh.triangles.len() as u32 - 1);
             }
         }
         emitters.extend(shining.into_iter().flatten().filter(|emitter| !emitter.triangles.is_empty()));
-        if flat > 0 {
-            let triangles = if flat == 1 { "1 triangle" } else { &format!("{flat} triangles") };
-            warnings.push(format!("{}: {triangles} without area left out", mesh.path.display()));
+
+        material_of.par_iter_mut().for_each(|material| *material = numbers[*material as usize]);
+        without(&mut triangles, &flat);
+        without(&mut material_of, &flat);
+        // The first mesh, most often the only one, is taken as it is.
+        if self.mesh.triangles.is_empty() {
+            (self.mesh.triangles, self.mesh.material_of) = (triangles, material_of);
+        } else {
+            self.mesh.triangles.append(&mut triangles);
+            self.mesh.material_of.append(&mut material_of);
+        }
+        if !flat.is_empty() {
+            let triangles = if flat.len() == 1 { "1 triangle" } else { &format!("{} triangles", flat.len()) };
+            warnings.push(format!("{}: {triangles} without area left out", path.display()));
         }
     }
 
@@ -500,7 +566,7 @@ impl Parts {
             None => self.add_material(Material::black("luminaire opening")),
         };
         self.black = Some(black);
-        let first = self.add_vertices(corners.into_iter());
+        let first = self.add_vertices(&corners);
         let before = self.mesh.triangles.len() as u32;
         self.mesh.material_of.extend(triangles.iter().map(|_| black));
         self.mesh.triangles.extend(triangles.into_iter().map(|triangle| triangle.map(|corner| first + corner)));
@@ -521,6 +587,19 @@ impl Parts {
             self.luminaires.push(emitter.luminaire(name));
         }
     }
+}
+
+/// Takes the items of some places, ascending, out of a list.
+fn without<T>(items: &mut Vec<T>, places: &[usize]) {
+    if places.is_empty() {
+        return;
+    }
+    let (mut index, mut places) = (0, places.iter().peekable());
+    items.retain(|_| {
+        let out = places.next_if(|&&place| place == index).is_some();
+        index += 1;
+        !out
+    });
 }
 
 impl Emitter {

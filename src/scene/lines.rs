@@ -15,14 +15,24 @@ pub(crate) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), next_number: 1 }
+        Self::continued(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
+    }
+
+    /// A part of a file that isn't its beginning; its first line gets the number 1.
+    pub(crate) fn continued(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes, next_number: 1 }
+    }
+
+    /// How many lines have been read.
+    pub(crate) fn count_so_far(&self) -> usize {
+        self.next_number - 1
     }
 
     fn physical(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self.rest.iter().position(|&byte| byte == b'\n').unwrap_or(self.rest.len());
+        let end = memchr::memchr(b'\n', self.rest).unwrap_or(self.rest.len());
         let line = &self.rest[..end];
         self.rest = self.rest.get(end + 1..).unwrap_or_default();
         self.next_number += 1;
@@ -56,7 +66,14 @@ pub(crate) fn keyword(line: &[u8]) -> (&[u8], &[u8]) {
 
 /// Words of a line up to a comment.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take_while(|word| !word.starts_with(b"#"))
+    let mut rest = line;
+    std::iter::from_fn(move || {
+        rest = rest.trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (word, behind) = rest.split_at(end);
+        rest = if word.starts_with(b"#") { &[] } else { behind };
+        (end > 0 && !word.starts_with(b"#")).then_some(word)
+    })
 }
 
 /// A name as text: UTF-8, else taken for Latin-1, as older Windows programs write it.

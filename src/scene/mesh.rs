@@ -1,10 +1,14 @@
 //! Triangle meshes, and how they are set up in the world.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::luminaire::frame::sin_cos_degrees;
 
 /// Triangles that share vertices.
+///
+/// [`RayCaster`](crate::embree::RayCaster) shares the mesh and reads all of it in place; only where `vertices` has no room
+/// for one more (its capacity is its length) it needs a copy of them.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Local positions, m.
@@ -59,6 +63,21 @@ impl Bounds {
             None => Some(Self { least: p, most: p }),
             Some(Self { least, most }) => Some(Self { least: least.min(p), most: most.max(p) }),
         })
+    }
+
+    /// The smallest box around many points. The same bits for any number of threads: minimum and maximum don't round.
+    pub(crate) fn around_all(points: &[DVec3]) -> Option<Self> {
+        points.par_chunks(1 << 16).map(|points| Self::around(points.iter().copied())).reduce(|| None, Self::joined)
+    }
+
+    /// The smallest box around both.
+    pub(crate) fn joined(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+        match (one, other) {
+            (Some(one), Some(other)) => {
+                Some(Self { least: one.least.min(other.least), most: one.most.max(other.most) })
+            }
+            (one, other) => one.or(other),
+        }
     }
 
     pub(crate) fn centre(&self) -> DVec3 {

@@ -22,6 +22,7 @@ mod surface;
 mod texture;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -46,7 +47,7 @@ pub struct Scene {
     /// World position of the local origin, m.
     pub centre: DVec3,
     /// Every triangle, bodies of luminaire openings included.
-    pub mesh: Mesh,
+    pub mesh: Arc<Mesh>,
     /// What [`Mesh::material_of`] points to.
     pub materials: Vec<Material>,
     /// What shines: the scene file's luminaires, arrays spread out, then emitting meshes.

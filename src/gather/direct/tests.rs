@@ -68,7 +68,7 @@ fn rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], height: f64) -> [DVec3; 4] 
 
 /// Direct light at the points of a horizontal grid whose cells are `cell` wide and whose first point is `first`.
 fn at_grid(luminaires: &[Luminaire], mesh: &Mesh, first: DVec3, cells: [usize; 2], cell: f64) -> DirectLight<1> {
-    let caster = RayCaster::build(mesh, 1).unwrap();
+    let caster = RayCaster::build(&Arc::new(mesh.clone()), 1).unwrap();
     at_grid_of(luminaires, &Blockers::new(mesh, &caster), first, cells, cell)
 }
 
@@ -407,7 +407,7 @@ fn what_matters_little_is_sampled_honestly() {
         .map(|i| (f64::from(i % 80), f64::from(i / 80)))
         .map(|(x, y)| [v(x, y, 0.0), v(x + 0.1, y + 0.6, 0.0), v(x + 0.1, y + 0.6, 1.5), v(x, y, 1.5)])
         .collect();
-    let mesh = quads(&pickets);
+    let mesh = Arc::new(quads(&pickets));
     let caster = RayCaster::build(&mesh, 1).unwrap();
     let blockers = Blockers::new(&mesh, &caster);
     let (mut squares, mut claimed, mut rays) = (0.0, 0.0, 0);
@@ -478,7 +478,7 @@ fn openings(aim: DVec3, size: f64) -> [Opening; 7] {
 
 /// Direct light at a point of a surface with normal `up`, and its rays.
 fn at_point(luminaire: &Luminaire, mesh: &Mesh, at: DVec3, up: DVec3) -> (f64, u64) {
-    let caster = RayCaster::build(mesh, 1).unwrap();
+    let caster = RayCaster::build(&Arc::new(mesh.clone()), 1).unwrap();
     let (u, v) = up.any_orthonormal_pair();
     let v = v * u.cross(v).dot(up).signum();
     let plane = MeasuringPlane {

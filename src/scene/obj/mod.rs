@@ -1,5 +1,8 @@
 //! OBJ files: faces and the names of their materials.
 
+pub(crate) mod large;
+mod number;
+
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
@@ -34,6 +37,11 @@ pub(crate) const DEFAULT_MATERIAL: &str = "default";
 const MOST_CORNERS: usize = 10_000;
 
 impl Obj {
+    fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, material_of: Vec<u32>, names: Names<'_>) -> Self {
+        let Names { used: materials, named, libraries, groups, .. } = names;
+        Self { vertices, triangles, material_of, materials, named, libraries, groups }
+    }
+
     /// Reads the OBJ file at `path`; `metres_per_unit` only serves to refuse what lies too far out. Of the groups only
     /// those `asked` for are kept.
     pub(crate) fn parse(
@@ -46,7 +54,7 @@ impl Obj {
         let options = tobj::LoadOptions { single_index: true, ..Default::default() };
         let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
         let loaded = tobj::load_obj_buf(&mut feed, &options, one_material);
-        let Tidy { refused, line, used, faces, named, libraries, groups, .. } = tidy;
+        let Tidy { refused, line, faces, names, .. } = tidy;
         if let Some(error) = refused {
             return Err(error);
         }
@@ -56,15 +64,7 @@ impl Obj {
             return Err(error.hint("is it an OBJ file, exported with its faces?"));
         }
 
-        let mut obj = Self {
-            vertices: Vec::new(),
-            triangles: Vec::with_capacity(faces),
-            material_of: Vec::with_capacity(faces),
-            materials: used,
-            named,
-            libraries,
-            groups,
-        };
+        let mut obj = Self::new(Vec::new(), Vec::with_capacity(faces), Vec::with_capacity(faces), names);
         let mut face = 0;
         for tobj::Model { mesh, .. } in models {
             obj.append(path, bytes, &mesh, FARTHEST / metres_per_unit, &mut face)?;
@@ -99,17 +99,74 @@ impl Obj {
             corners = rest;
             self.groups.face(*number, self.triangles.len());
             *number += 1;
-            match face {
-                &[a, b, c] => self.triangles.push([a, b, c].map(|corner| first + corner)),
-                _ => {
-                    let places: Vec<DVec3> = face.iter().map(|&c| self.vertices[(first + c) as usize]).collect();
-                    let triangles = polygon::triangles_of(&places);
-                    self.triangles.extend(triangles.into_iter().map(|triangle| triangle.map(|i| first + face[i])));
-                }
-            }
+            let face: Vec<u32> = face.iter().map(|corner| first + corner).collect();
+            add_face(&face, &self.vertices, &mut self.triangles);
             self.material_of.resize(self.triangles.len(), material);
         }
         Ok(())
+    }
+}
+
+/// Adds the triangles of a face.
+fn add_face(corners: &[u32], vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
+    if let &[a, b, c] = corners {
+        triangles.push([a, b, c]);
+        return;
+    }
+    let places: Vec<DVec3> = corners.iter().map(|&corner| vertices[corner as usize]).collect();
+    triangles.extend(polygon::triangles_of(&places).into_iter().map(|triangle| triangle.map(|i| corners[i])));
+}
+
+/// What the lines say that aren't geometry.
+struct Names<'a> {
+    path: &'a Path,
+    /// What the last `usemtl` says.
+    current: Placed<String>,
+    /// The materials that faces have.
+    used: Vec<Placed<String>>,
+    number_of: HashMap<String, u32>,
+    named: BTreeSet<String>,
+    libraries: Vec<Placed<String>>,
+    groups: Groups,
+}
+
+impl<'a> Names<'a> {
+    fn new(path: &'a Path, groups: Groups) -> Self {
+        Self {
+            path,
+            current: Placed { value: DEFAULT_MATERIAL.to_owned(), at: Location::file(path) },
+            used: Vec::new(),
+            number_of: HashMap::new(),
+            named: BTreeSet::new(),
+            libraries: Vec::new(),
+            groups,
+        }
+    }
+
+    /// A line `usemtl`; whether it is another material than before.
+    fn material(&mut self, name: String, line: usize) -> bool {
+        let other = self.current.value != name;
+        self.current = Placed { value: name.clone(), at: Location::line(self.path, line) };
+        self.named.insert(name);
+        other
+    }
+
+    /// A line `mtllib`.
+    fn library(&mut self, request: String, line: usize) {
+        self.libraries.push(Placed { value: request, at: Location::line(self.path, line) });
+    }
+
+    /// Number in `used` of the material of a face that stands in this line.
+    fn number(&mut self, line: usize) -> u32 {
+        if let Some(&number) = self.number_of.get(&self.current.value) {
+            return number;
+        }
+        let mut first = self.current.clone();
+        first.at = first.at.line.map_or_else(|| Location::line(self.path, line), |_| first.at);
+        let number = u32::try_from(self.used.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
+        self.number_of.insert(first.value.clone(), number);
+        self.used.push(first);
+        number
     }
 }
 
@@ -122,14 +179,9 @@ struct Tidy<'a> {
     /// Why reading ended early.
     refused: Option<InputError>,
     faces: usize,
-    /// What the last `usemtl` says, and whether `tobj` knows.
-    current: Placed<String>,
+    /// Whether `tobj` knows what the last `usemtl` says.
     told: bool,
-    used: Vec<Placed<String>>,
-    number_of: HashMap<String, usize>,
-    named: BTreeSet<String>,
-    libraries: Vec<Placed<String>>,
-    groups: Groups,
+    names: Names<'a>,
 }
 
 impl<'a> Tidy<'a> {
@@ -140,13 +192,8 @@ impl<'a> Tidy<'a> {
             line: 0,
             refused: None,
             faces: 0,
-            current: Placed { value: DEFAULT_MATERIAL.to_owned(), at: Location::file(path) },
             told: false,
-            used: Vec::new(),
-            number_of: HashMap::new(),
-            named: BTreeSet::new(),
-            libraries: Vec::new(),
-            groups,
+            names: Names::new(path, groups),
         }
     }
 
@@ -159,11 +206,11 @@ impl<'a> Tidy<'a> {
             b"f" => self.face(rest, out),
             b"usemtl" => self.material(rest),
             b"mtllib" => {
-                self.libraries.push(Placed { value: text(rest), at: self.here() });
+                self.names.library(text(rest), number);
                 Ok(())
             }
             b"g" | b"o" => {
-                self.groups.line(usize::from(key == b"o"), &text(rest), self.faces);
+                self.names.groups.line(usize::from(key == b"o"), &text(rest), self.faces);
                 Ok(())
             }
             _ => Ok(()),
@@ -221,30 +268,20 @@ impl<'a> Tidy<'a> {
         if rest.is_empty() {
             return Err(InputError::new(self.here(), "usemtl without a name", "usemtl NAME"));
         }
-        let name = text(rest);
-        if self.current.value != name {
+        if self.names.material(text(rest), self.line) {
             self.told = false;
         }
-        self.current = Placed { value: name.clone(), at: self.here() };
-        self.named.insert(name);
         Ok(())
     }
 
     /// Makes `tobj` give the material's number in `used` to the faces that follow.
     fn tell_material(&mut self, out: &mut Vec<u8>) {
         self.told = true;
-        let number = match self.number_of.get(&self.current.value) {
-            Some(&number) => number,
-            None => {
-                let mut first = self.current.clone();
-                first.at = first.at.line.map_or_else(|| self.here(), |_| first.at);
-                let number = self.used.len();
-                self.number_of.insert(first.value.clone(), number);
-                self.used.push(first);
-                out.extend_from_slice(format!("mtllib {number}\n").as_bytes());
-                number
-            }
-        };
+        let known = self.names.used.len();
+        let number = self.names.number(self.line);
+        if self.names.used.len() > known {
+            out.extend_from_slice(format!("mtllib {number}\n").as_bytes());
+        }
         out.extend_from_slice(format!("usemtl {number}\n").as_bytes());
     }
 }

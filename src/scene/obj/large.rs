@@ -1,0 +1,581 @@
+//! Large OBJ files: block by block, lines parsed by all threads, joined in the order of the file.
+//!
+//! What comes out is what `tobj` makes of the same file, to the bit: each run of faces of one material has vertices of its
+//! own, in the order in which its faces first name them. Whatever is wrong or unusual ends the reading with `None`, and
+//! [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a face that stands
+//! above one of its vertices, a vertex number of more than 18 digits, a line of more than 64 MiB.
+//!
+//! Three batches of blocks are under way at once: while one is read and hashed, the one before is parsed and the one before
+//! that joined to the mesh. So memory holds the mesh and some 30 MB of the file.
+
+use std::collections::BTreeSet;
+use std::io::Read;
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::fields::FARTHEST;
+use super::super::lines::{Lines, keyword, text, words};
+use super::super::measured::Groups;
+use super::{MOST_CORNERS, Names, Obj, number};
+
+/// How the file is cut.
+#[derive(Clone, Copy)]
+pub(crate) struct Cut {
+    /// Bytes of a block.
+    pub(crate) block: usize,
+    /// Blocks of a batch.
+    pub(crate) blocks: usize,
+}
+
+/// Small enough for a processor's cache, large enough that the work for a block outweighs that of handing it over.
+pub(crate) const CUT: Cut = Cut { block: 1 << 20, blocks: 8 };
+
+/// Longest line, bytes.
+const LONGEST_LINE: usize = 64 << 20;
+
+impl Obj {
+    /// Reads a large OBJ file from `source`, as [`Obj::parse`] would; `None` if that must do it, for good or ill.
+    pub(crate) fn read_large(
+        path: &Path,
+        source: impl Read + Send,
+        cut: Cut,
+        metres_per_unit: f64,
+        asked: &BTreeSet<String>,
+    ) -> Option<Self> {
+        let with_groups = !asked.is_empty();
+        let mut source = Source { source, cut, rest: Vec::new(), first: true, ended: false };
+        let mut joined = Joined::new(path, FARTHEST / metres_per_unit, Groups::asking(asked));
+        let mut texts = source.batch()?;
+        let mut blocks = Vec::new();
+        while !(texts.is_empty() && blocks.is_empty()) {
+            let (next, (parsed, added)) = rayon::join(
+                || source.batch(),
+                || {
+                    let parse = || texts.par_iter().map(|text| Block::parse(text, with_groups)).collect::<Option<_>>();
+                    rayon::join(parse, || joined.add(blocks))
+                },
+            );
+            added?;
+            (texts, blocks) = (next?, parsed?);
+        }
+        joined.finish()
+    }
+}
+
+/// The file as blocks of whole lines.
+struct Source<R> {
+    source: R,
+    cut: Cut,
+    /// What is read already of the next block.
+    rest: Vec<u8>,
+    first: bool,
+    ended: bool,
+}
+
+impl<R: Read> Source<R> {
+    /// The next blocks; none at the end.
+    fn batch(&mut self) -> Option<Vec<Vec<u8>>> {
+        let mut batch = Vec::with_capacity(self.cut.blocks);
+        while batch.len() < self.cut.blocks && !self.ended {
+            batch.push(self.block()?);
+        }
+        Some(batch)
+    }
+
+    fn block(&mut self) -> Option<Vec<u8>> {
+        let mut block = Vec::with_capacity(self.cut.block.max(self.rest.len()));
+        block.append(&mut self.rest);
+        loop {
+            // As long as no line ends, twice as much.
+            let wanted = if block.len() < self.cut.block { self.cut.block } else { 2 * block.len() };
+            let missing = wanted - block.len();
+            let read = self.source.by_ref().take(missing as u64).read_to_end(&mut block).ok()?;
+            self.ended = read < missing;
+            let end = if self.ended { Some(block.len()) } else { last_line_end(&block) };
+            if let Some(end) = end {
+                self.rest = block[end..].to_vec();
+                block.truncate(end);
+                break;
+            }
+            if block.len() > LONGEST_LINE {
+                return None;
+            }
+        }
+        if std::mem::take(&mut self.first) && block.starts_with(b"\xef\xbb\xbf") {
+            block.drain(..3);
+        }
+        Some(block)
+    }
+}
+
+/// Behind the last line that no backslash joins to the next.
+fn last_line_end(block: &[u8]) -> Option<usize> {
+    let mut end = block.len();
+    loop {
+        end = block[..end].iter().rposition(|&byte| byte == b'\n')?;
+        let joined = block[..end].iter().rfind(|&&byte| byte == b'\n' || !byte.is_ascii_whitespace()) == Some(&b'\\');
+        if !joined {
+            return Some(end + 1);
+        }
+    }
+}
+
+/// What the lines of a block say.
+#[derive(Default)]
+struct Block {
+    positions: Vec<DVec3>,
+    faces: Vec<Face>,
+    /// Corners of all faces, one after another.
+    corners: Vec<Corner>,
+    orders: Vec<Order>,
+    /// Of the first face.
+    first_line: usize,
+    lines: usize,
+}
+
+struct Face {
+    corners: u32,
+    /// Vertices above it in its block.
+    above: u32,
+}
+
+/// A vertex number from 0 on: within the file, or, less [`IN_BLOCK`], within the block, negative above its beginning.
+#[derive(Clone, Copy)]
+struct Corner(i64);
+
+/// Far from any number a file may hold.
+const IN_BLOCK: i64 = 1 << 62;
+
+/// A line that isn't geometry.
+struct Order {
+    kind: Kind,
+    text: String,
+    line: usize,
+    /// Faces above it in its block.
+    faces: usize,
+}
+
+enum Kind {
+    Material,
+    Library,
+    Group,
+    Object,
+}
+
+impl Block {
+    fn parse(bytes: &[u8], with_groups: bool) -> Option<Self> {
+        let mut block = Self::default();
+        let mut lines = Lines::continued(bytes);
+        for (line, content) in lines.by_ref() {
+            let (key, rest) = keyword(&content);
+            let kind = match key {
+                b"v" => {
+                    block.positions.push(position(rest)?);
+                    continue;
+                }
+                b"f" => {
+                    if block.faces.is_empty() {
+                        block.first_line = line;
+                    }
+                    block.face(rest)?;
+                    continue;
+                }
+                b"usemtl" if rest.is_empty() => return None,
+                b"usemtl" => Kind::Material,
+                b"mtllib" => Kind::Library,
+                b"g" if with_groups => Kind::Group,
+                b"o" if with_groups => Kind::Object,
+                _ => continue,
+            };
+            block.orders.push(Order { kind, text: text(rest), line, faces: block.faces.len() });
+        }
+        block.lines = lines.count_so_far();
+        Some(block)
+    }
+
+    fn face(&mut self, rest: &[u8]) -> Option<()> {
+        let before = self.corners.len();
+        let above = self.positions.len();
+        for word in words(rest) {
+            self.corners.push(Corner::parse(word, above as i64)?);
+        }
+        let corners = self.corners.len() - before;
+        self.faces.push(Face { corners: corners as u32, above: above as u32 });
+        (3..=MOST_CORNERS).contains(&corners).then_some(())
+    }
+}
+
+/// x y z, divided by w where that stands alone behind them.
+fn position(rest: &[u8]) -> Option<DVec3> {
+    let mut numbers = words(rest).map(number::parse);
+    let position = DVec3::new(numbers.next()??, numbers.next()??, numbers.next()??);
+    let Some(w) = numbers.next() else { return Some(position) };
+    match numbers.next() {
+        None => Some(position / w.filter(|&w| w != 0.0)?),
+        Some(more) => {
+            w.and(more)?;
+            numbers.all(|number| number.is_some()).then_some(position)
+        }
+    }
+}
+
+impl Corner {
+    /// `7`, `-7`, `7/1`, `7/1/2` or `7//2`, with so many vertices above it in its block.
+    fn parse(word: &[u8], above: i64) -> Option<Self> {
+        let (negative, digits) = match word {
+            [b'-', digits @ ..] => (true, digits),
+            [b'+', digits @ ..] => (false, digits),
+            digits => (false, digits),
+        };
+        let (mut number, mut count) = (0_i64, 0);
+        for &byte in digits.iter().take_while(|&&byte| byte != b'/') {
+            if !byte.is_ascii_digit() || count == 18 {
+                return None;
+            }
+            number = 10 * number + i64::from(byte - b'0');
+            count += 1;
+        }
+        // Vertex 0 doesn't exist.
+        match (number, negative) {
+            (0, _) => None,
+            (_, true) => Some(Self(IN_BLOCK + above - number)),
+            (_, false) => Some(Self(number - 1)),
+        }
+    }
+
+    /// Number of the vertex within the file, with `before` vertices before the block and `above` above the face in all.
+    #[inline]
+    fn within_file(self, before: usize, above: usize) -> Option<usize> {
+        let number = if self.0 > IN_BLOCK / 2 { self.0 - IN_BLOCK + before as i64 } else { self.0 };
+        usize::try_from(number).ok().filter(|&number| number < above)
+    }
+}
+
+/// The mesh so far.
+struct Joined<'a> {
+    /// Largest coordinate allowed.
+    farthest: f64,
+    /// The vertices of the file.
+    positions: Vec<DVec3>,
+    /// Where each of them stands in `vertices`, for the last run of faces that names it.
+    new_number: Vec<u32>,
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    material_of: Vec<u32>,
+    /// Material of the run of faces, and its first vertex.
+    run: Option<(u32, usize)>,
+    faces: usize,
+    lines: usize,
+    names: Names<'a>,
+}
+
+/// The faces of a block, their corners numbered as the mesh does.
+struct Faces {
+    arities: Vec<Face>,
+    corners: Vec<u32>,
+    /// How many faces have which material, one after another.
+    stretches: Vec<(usize, u32)>,
+}
+
+/// Marks a vertex that no face has named yet.
+const NONE: u32 = u32::MAX;
+
+impl<'a> Joined<'a> {
+    fn new(path: &'a Path, farthest: f64, groups: Groups) -> Self {
+        Self {
+            farthest,
+            positions: Vec::new(),
+            new_number: Vec::new(),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            material_of: Vec::new(),
+            run: None,
+            faces: 0,
+            lines: 0,
+            names: Names::new(path, groups),
+        }
+    }
+
+    /// Adds blocks, in the order of the file.
+    fn add(&mut self, blocks: Vec<Block>) -> Option<()> {
+        let (first_face, first_vertex) = (self.faces, self.vertices.len());
+        let faces = blocks.into_iter().map(|block| self.number(block)).collect::<Option<Vec<_>>>()?;
+        let inside = |vertex: &DVec3| vertex.abs().max_element() <= self.farthest;
+        if !self.vertices[first_vertex..].par_iter().all(inside) {
+            return None;
+        }
+        let triangles: Vec<_> = faces.par_iter().map(|faces| faces.triangles(&self.vertices)).collect();
+
+        let mut face = first_face;
+        for (faces, (triangles, counts)) in faces.iter().zip(triangles) {
+            self.triangles.extend_from_slice(&triangles);
+            for (&(count, material), triangles) in faces.stretches.iter().zip(counts) {
+                self.names.groups.face(face, self.material_of.len());
+                self.material_of.resize(self.material_of.len() + triangles, material);
+                face += count;
+            }
+        }
+        Some(())
+    }
+
+    /// Adds a block's vertices and names, and numbers the corners of its faces.
+    fn number(&mut self, block: Block) -> Option<Faces> {
+        let before = self.positions.len();
+        self.positions.extend_from_slice(&block.positions);
+        self.new_number.resize(self.positions.len(), NONE);
+        let mut corners = Vec::with_capacity(block.corners.len());
+        let mut stretches = Vec::new();
+        let mut rest = block.corners.as_slice();
+        let mut orders = block.orders.into_iter().peekable();
+        let mut face = 0;
+        loop {
+            while let Some(order) = orders.next_if(|order| order.faces == face) {
+                self.obey(order, face);
+            }
+            let end = orders.peek().map_or(block.faces.len(), |order| order.faces);
+            if end == face {
+                break;
+            }
+            let material = self.names.number(self.lines + block.first_line);
+            if self.run.is_none_or(|(current, _)| current != material) {
+                self.run = Some((material, self.vertices.len()));
+            }
+            let first_of_run = self.run.map_or(0, |(_, first)| first);
+            stretches.push((end - face, material));
+            for Face { corners: count, above } in &block.faces[face..end] {
+                let (own, others) = rest.split_at(*count as usize);
+                rest = others;
+                for corner in own {
+                    let number = corner.within_file(before, before + *above as usize)?;
+                    let known = &mut self.new_number[number];
+                    if *known == NONE || (*known as usize) < first_of_run {
+                        *known = u32::try_from(self.vertices.len()).ok().filter(|&number| number != NONE)?;
+                        self.vertices.push(self.positions[number]);
+                    }
+                    corners.push(*known);
+                }
+            }
+            face = end;
+        }
+        self.lines += block.lines;
+        self.faces += block.faces.len();
+        Some(Faces { arities: block.faces, corners, stretches })
+    }
+
+    fn obey(&mut self, order: Order, face: usize) {
+        let line = self.lines + order.line;
+        match order.kind {
+            Kind::Material => drop(self.names.material(order.text, line)),
+            Kind::Library => self.names.library(order.text, line),
+            Kind::Group => self.names.groups.line(0, &order.text, self.faces + face),
+            Kind::Object => self.names.groups.line(1, &order.text, self.faces + face),
+        }
+    }
+
+    fn finish(self) -> Option<Obj> {
+        let Self { vertices, triangles, material_of, names, .. } = self;
+        (self.faces > 0).then(|| Obj::new(vertices, triangles, material_of, names))
+    }
+}
+
+impl Faces {
+    /// All triangles, and how many each stretch has.
+    fn triangles(&self, vertices: &[DVec3]) -> (Vec<[u32; 3]>, Vec<usize>) {
+        let mut triangles = Vec::with_capacity(self.corners.len() - 2 * self.arities.len());
+        let mut counts = Vec::with_capacity(self.stretches.len());
+        let mut arities = self.arities.iter();
+        let mut rest = self.corners.as_slice();
+        for &(count, _) in &self.stretches {
+            let before = triangles.len();
+            for face in arities.by_ref().take(count) {
+                let (corners, others) = rest.split_at(face.corners as usize);
+                rest = others;
+                super::add_face(corners, vertices, &mut triangles);
+            }
+            counts.push(triangles.len() - before);
+        }
+        (triangles, counts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const ASKED: [&str; 2] = ["a", "b c"];
+
+    /// Everything that both readers tell, coordinates as bits.
+    fn told(obj: &Obj) -> impl PartialEq + std::fmt::Debug + use<> {
+        let bits: Vec<[u64; 3]> = obj.vertices.iter().map(|vertex| vertex.to_array().map(f64::to_bits)).collect();
+        let places = |names: &[super::super::Placed<String>]| -> Vec<String> {
+            names.iter().map(|name| format!("{}: {}", name.at, name.value)).collect()
+        };
+        let ranges = ASKED.map(|group| obj.groups.ranges(group, obj.triangles.len()));
+        (
+            (bits, obj.triangles.clone(), obj.material_of.clone()),
+            (places(&obj.materials), places(&obj.libraries), obj.named.clone()),
+            (ranges, obj.groups.named.clone()),
+        )
+    }
+
+    /// Reads a text in both ways, cut in several ways. Whether the large reader took it, and whether it had to.
+    fn compare(text: &[u8]) -> (bool, bool) {
+        let path = Path::new("mesh.obj");
+        let asked = ASKED.map(str::to_owned).into();
+        let usual = Obj::parse(path, text, 0.5, &asked);
+        let cuts = [(1, 1), (7, 3), (64, 2), (1 << 20, 1)];
+        let mut taken = [false; 4];
+        for ((block, blocks), taken) in cuts.into_iter().zip(&mut taken) {
+            if let Some(large) = Obj::read_large(path, text, Cut { block, blocks }, 0.5, &asked) {
+                let usual = usual.as_ref().expect("only a good file is taken");
+                assert_eq!(told(&large), told(usual), "{}", String::from_utf8_lossy(text));
+                *taken = true;
+            }
+        }
+        assert!(taken.iter().all(|&now| now == taken[0]), "how a file is cut makes no difference");
+        (taken[0], usual.is_ok())
+    }
+
+    fn coordinate() -> impl Strategy<Value = String> {
+        prop_oneof![
+            4 => (-3_i32..4).prop_map(|n| n.to_string()),
+            2 => "[+-]?[0-9]{1,8}\\.[0-9]{0,9}",
+            1 => "-?[0-9]{1,3}\\.[0-9]{1,18}",
+            1 => "-?[0-9]\\.[0-9]{1,6}[eE][+-]?[0-8]",
+        ]
+    }
+
+    /// One line, for each number of vertices that stand above it.
+    #[derive(Clone, Debug)]
+    enum Line {
+        Vertex(Vec<String>),
+        /// Corners as parts of the vertices above, whether counted from below, and what stands behind the slash.
+        Face(Vec<(f64, bool, &'static str)>),
+        Other(&'static str),
+    }
+
+    fn line() -> impl Strategy<Value = Line> {
+        let behind = prop::sample::select(vec!["", "", "/1", "/1/2", "//2", "/"]);
+        let other = prop::sample::select(vec![
+            "usemtl wall",
+            "usemtl  floor tiles ",
+            "usemtl wall",
+            "usemtl W\u{e4}nde",
+            "mtllib some.mtl",
+            "g a",
+            "g c a",
+            "g b c",
+            "g",
+            "o b c",
+            "o d",
+            "vn 0 0 1",
+            "vt 0.5 0.5",
+            "s off",
+            "# v 1 2 3",
+            "# comment \\",
+            "",
+            "l 1 2 3",
+            "\u{feff}v 1 2 3",
+        ]);
+        prop_oneof![
+            5 => prop::collection::vec(coordinate(), 3..8).prop_map(Line::Vertex),
+            4 => prop::collection::vec((0.0..1.0, any::<bool>(), behind), 3..7).prop_map(Line::Face),
+            2 => other.prop_map(Line::Other),
+        ]
+    }
+
+    /// A text, with three vertices at its beginning, so that every face has some to name.
+    fn text_of(lines: &[Line], ends: &[u8]) -> String {
+        let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+        let mut above = 3;
+        for (number, line) in lines.iter().enumerate() {
+            let end = ends[number % ends.len()];
+            // Between words of a line: blanks, or a backslash that joins two lines.
+            let between = if end & 4 != 0 { " \\\n\t" } else { "  " };
+            match line {
+                Line::Vertex(words) => {
+                    let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+                    if let [_, _, _, w] = words.as_mut_slice() {
+                        // Neither 0 nor so small that the vertex lies too far out.
+                        *w = ["1", "2.5", "-3e0", "0.5"][number % 4];
+                    }
+                    text += &format!("v {}", words.join(between));
+                    above += 1;
+                }
+                Line::Face(corners) => {
+                    text += "f";
+                    for &(part, from_below, behind) in corners {
+                        let vertex = 1 + (part * f64::from(above)) as i32;
+                        let vertex = if from_below { vertex - 1 - above } else { vertex };
+                        text += &format!("{between}{vertex}{behind}");
+                    }
+                }
+                Line::Other(other) => text += other,
+            }
+            if end & 2 != 0 && !matches!(line, Line::Other(_)) {
+                text += " # nice";
+            }
+            text += if end & 1 != 0 { "\r\n" } else { "\n" };
+        }
+        text
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+        #[test]
+        fn both_readers_tell_the_same(
+            lines in prop::collection::vec(line(), 1..40),
+            ends in prop::collection::vec(0_u8..8, 1..9),
+        ) {
+            let text = text_of(&lines, &ends);
+            let (taken, good) = compare(text.as_bytes());
+            prop_assert_eq!(taken, good, "{}", text);
+            prop_assert_eq!(good, lines.iter().any(|line| matches!(line, Line::Face(_))));
+        }
+
+        /// Whatever a few wrong bytes do, the large reader takes no file that the other refuses, nor reads it otherwise.
+        #[test]
+        fn damaged_files_are_never_read_otherwise(
+            lines in prop::collection::vec(line(), 1..12),
+            ends in prop::collection::vec(0_u8..8, 1..9),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"-+.09eE/ \\#\nvfn\xc3\0".to_vec())), 1..5),
+        ) {
+            let mut text = text_of(&lines, &ends).into_bytes();
+            for (place, byte) in damage {
+                let place = place.index(text.len());
+                text[place] = byte;
+            }
+            compare(&text);
+        }
+    }
+
+    #[test]
+    fn odd_files_are_left_to_the_other_reader() {
+        let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        for odd in [
+            "f 1 2 4\nv 1 1 1\n",
+            "f 1 2 0\n",
+            "f 1 2\n",
+            "f 1 2 -9\n",
+            "f 1 /2 3\n",
+            "f 1 2 9999999999999999999\n",
+            "v 1 2\n",
+            "v 1 2 nan\n",
+            "v 1 2 3 0\n",
+            "v 1 2 1e999\n",
+            "v 1 2 3 x\n",
+            "usemtl\n",
+            "v 1e12 0 0\nf 1 2 4\n",
+        ] {
+            assert!(!compare(format!("{triangle}{odd}").as_bytes()).0, "{odd}");
+        }
+        assert_eq!(compare(b"v 0 0 0\n"), (false, false), "no faces");
+        assert_eq!(compare(format!("\u{feff}{triangle}").as_bytes()), (true, true), "a byte order mark");
+        assert_eq!(compare(format!("{triangle}v 1e12 0 0").as_bytes()), (true, true), "far out, but no face's");
+    }
+}
