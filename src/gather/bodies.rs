@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::direct::blockers::Blockers;
-use super::direct::{DirectGroups, DirectLight, direct_light_in_groups};
+use super::direct::{Asked, DirectGroups, DirectLight, direct_light_for};
 use super::receiver::Receiver;
 use crate::luminaire::{LightGroups, Luminaire};
 use crate::photon::flux::photometric;
@@ -138,7 +138,8 @@ pub fn direct_on_bodies<const C: usize>(
         cells.weighted.iter().map(move |(normal, _)| (receiver.start(body), normal.as_vec3()))
     });
     let faces = Receiver::of_faces(faces);
-    let flat: DirectLight<C> = direct_light_in_groups(luminaires, &faces, blockers, seed, progress, groups);
+    let asked = Asked { groups, faint: false };
+    let (flat, _): (DirectLight<C>, _) = direct_light_for(luminaires, &faces, blockers, seed, progress, asked);
     let mut light =
         DirectLight { value: Vec::new(), variance: Vec::new(), left_out: Vec::new(), rays: flat.rays, groups: None };
     let mut parts = groups.map(|_| DirectGroups { value: Vec::new(), variance: Vec::new() });

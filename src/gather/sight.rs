@@ -159,6 +159,11 @@ impl<const C: usize> Origins<C> for ToGroups<'_, C> {
 }
 
 impl<'a, const C: usize> Sight<'a, C> {
+    /// What holds the scene's mesh.
+    pub fn caster(&self) -> &'a RayCaster {
+        self.caster
+    }
+
     /// Prepares a scene whose mesh `caster` holds.
     pub fn new(scene: &Scene, caster: &'a RayCaster, caustics: bool) -> Self {
         let mut webs = Vec::new();

@@ -212,6 +212,7 @@ impl<const C: usize> Place<C> {
     fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         tape.same(self.receiver.len(), "points")?;
         self.samples.iter_mut().try_for_each(|samples| samples.exchange(tape))?;
+        self.faint.iter_mut().try_for_each(|faint| faint.samples.exchange(tape))?;
         self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
         for sums in &mut self.density {
             sums.sharp.iter_mut().chain(&mut sums.smooth).try_for_each(|sum| sum.exchange(tape))?;

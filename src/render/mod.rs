@@ -21,7 +21,8 @@ use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
 use crate::gather::density::{Estimate, EstimateSum, Search};
 use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::{DirectLight, direct_light_in_groups};
+use crate::gather::direct::faint::Faint;
+use crate::gather::direct::{Asked, DirectLight, direct_light_for};
 use crate::gather::reach::Reach;
 use crate::gather::receiver::{Crossings, Receiver};
 use crate::gather::smooth::{Samples, Smoother};
@@ -242,6 +243,8 @@ struct Place<const C: usize> {
     surroundings: Vec<Surroundings>,
     smoother: Option<Smoother>,
     direct: Option<DirectLight<C>>,
+    /// The part of the direct light that is left to rays.
+    faint: Option<FaintLight<C>>,
     /// Sums over the passes of what photon densities say at each point; empty where nothing asks them.
     density: Vec<Densities<C>>,
     /// What rays found at each point.
@@ -254,6 +257,15 @@ struct Place<const C: usize> {
     bounced: Vec<Estimate<C>>,
     /// The same by light group.
     groups: Option<groups::PlaceGroups>,
+}
+
+/// Direct light of luminaires that are faint at a point.
+struct FaintLight<const C: usize> {
+    luminaires: Faint<C>,
+    /// What rays to them found at each point.
+    samples: Samples<C>,
+    /// What that comes to, as far as the passes know; nothing yet before the first is over.
+    light: Vec<Estimate<C>>,
 }
 
 /// Estimates from photon densities with several k; see [`SCALES`].
@@ -389,6 +401,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 surroundings: Vec::new(),
                 smoother: None,
                 direct: None,
+                faint: None,
                 samples: sampled.then(|| match &self.groups {
                     Some(groups) if told_apart => {
                         Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none())
@@ -420,8 +433,20 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 let advance = |steps| this.progress.advance(steps);
                 let (luminaires, receiver) = (&this.scene.luminaires, &place.receiver);
                 let groups = place.groups.as_ref().and(this.groups.as_ref());
+                // Where rays come anyway, and neighbours help each other, faint luminaires are left to them.
+                let faint =
+                    this.settings.smooth && receiver.grid.is_some() && place.samples.is_some() && groups.is_none();
                 let light = match receiver.bodies() {
-                    [] => direct_light_in_groups(luminaires, receiver, &blockers, seed, advance, groups),
+                    [] => {
+                        let asked = Asked { groups, faint };
+                        let (light, faint) = direct_light_for(luminaires, receiver, &blockers, seed, advance, asked);
+                        place.faint = (!faint.is_empty()).then(|| FaintLight {
+                            samples: Samples::new(receiver.len()),
+                            luminaires: faint,
+                            light: Vec::new(),
+                        });
+                        light
+                    }
                     bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups),
                 };
                 this.gather_rays += light.rays;
@@ -463,6 +488,7 @@ const PURPOSE_SHADOWS: u64 = 2;
 const PURPOSE_REACH: u64 = 3;
 const PURPOSE_SIGHT: u64 = 4;
 const PURPOSE_VIEWS: u64 = 5;
+const PURPOSE_FAINT: u64 = 6;
 
 /// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
 fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {

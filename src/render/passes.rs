@@ -11,8 +11,8 @@ use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    Densities, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS,
-    Searches, low_discrepancy,
+    Densities, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
+    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -363,7 +363,9 @@ impl<const C: usize> Rendering<'_, C> {
         place: &mut Place<C>,
         round: u64,
     ) {
-        let Place { receiver, has_value, samples: Some(samples), groups: told_apart, .. } = place else { return };
+        let Place { receiver, has_value, samples: Some(samples), faint, groups: told_apart, .. } = place else {
+            return;
+        };
         let alone = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
         let count = u64::from(self.settings.rays).div_ceil(ROUNDS) * alone;
         let seed = Seed(self.settings.seed).branch(PURPOSE_SIGHT).branch(index as u64).branch(round);
@@ -374,6 +376,28 @@ impl<const C: usize> Rendering<'_, C> {
             _ => samples.add(round, count, |point| look.from(point, &mut ())),
         }
         self.gather_rays += look.rays.into_inner();
+        if let Some(FaintLight { luminaires, samples, .. }) = faint {
+            let seed = Seed(self.settings.seed).branch(PURPOSE_FAINT).branch(index as u64).branch(round);
+            let rays = AtomicU64::new(0);
+            samples.add(round, count, |point| {
+                let (mut sum, mut cast) = ([0.0; C], 0);
+                if !has_value[point] {
+                    return sum;
+                }
+                let (start, normal) = (receiver.start(point), receiver.normal_at(point));
+                let mut stream = seed.stream(point as u64);
+                let shift = stream.uniform();
+                for ray in 0..count {
+                    let share = ((ray as f32 + shift) / count as f32).min(0.999_999_9);
+                    let (found, rays) = luminaires.sample(point, share, start, normal, sight.caster(), &mut stream);
+                    (0..C).for_each(|c| sum[c] += found[c]);
+                    cast += rays;
+                }
+                rays.fetch_add(cast, Ordering::Relaxed);
+                sum
+            });
+            self.gather_rays += rays.into_inner();
+        }
         self.progress.advance(receiver.len() as u64);
     }
 
@@ -516,7 +540,8 @@ impl<const C: usize> Rendering<'_, C> {
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
         self.timed("smooth", 1, |_| {
             for place in places {
-                let Place { receiver, has_value, smoother, density, samples, counts, bounced, groups, .. } = place;
+                let Place { receiver, has_value, smoother, density, samples, faint, counts, bounced, groups, .. } =
+                    place;
                 let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
                 let listen = groups.is_some();
                 let best = |kind: fn(&Densities<C>) -> &[EstimateSum<C>; SCALES.len()], chosen: &mut Vec<u8>| {
@@ -543,6 +568,12 @@ impl<const C: usize> Rendering<'_, C> {
                         None => samples.plain(),
                     };
                     bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                }
+                if let Some(FaintLight { samples, light, .. }) = faint {
+                    *light = match smoother {
+                        Some(smoother) => smoother.smooth(samples, has_value, &mut Vec::new()),
+                        None => samples.plain(),
+                    };
                 }
                 if let Some(groups) = groups {
                     (groups.scales, groups.windows) = ([sharp_scales, smooth_scales], windows);

@@ -224,10 +224,12 @@ impl<const C: usize> Cell<C> {
             return Self { value: [0.0; C], direct: [0.0; C], variance: 0.0 };
         }
         let bounced = place.bounced[point];
-        let (direct, spread) =
+        let (strong, spread) =
             place.direct.as_ref().map_or(([0.0; C], 0.0), |light| (light.value[point], light.variance[point]));
+        let faint = place.faint.as_ref().and_then(|faint| faint.light.get(point)).copied().unwrap_or(Estimate::DARK);
+        let direct: [f64; C] = std::array::from_fn(|c| strong[c] + faint.value[c]);
         let value = std::array::from_fn(|c| bounced.value[c] + direct[c]);
-        Self { value, direct, variance: bounced.variance + spread }
+        Self { value, direct, variance: bounced.variance + spread + faint.variance }
     }
 
     /// The same with no error but that of direct light.

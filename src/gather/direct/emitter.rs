@@ -64,7 +64,8 @@ pub(super) struct Polygon {
     pub(super) normal: DVec3,
     pub(super) light: Light,
     pub(super) front: Front,
-    area: f64,
+    /// m².
+    pub(super) area: f64,
     /// Whether points in its plane see it: intensity measured in that direction is of something that is not quite flat.
     pub(super) edge_on: bool,
 }

@@ -11,6 +11,7 @@
 
 pub mod blockers;
 pub(crate) mod emitter;
+pub mod faint;
 pub mod polygon;
 mod sample;
 mod web;
@@ -22,6 +23,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blockers::{Blockers, Bounds, Shaft};
 use self::emitter::{BodySource, Emitter, Light, Source, emitters};
+use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
 use self::polygon::{Pieces, Shadow, above_horizon};
 use self::sample::Target;
 use self::web::Parts;
@@ -102,20 +104,30 @@ pub fn direct_light<const C: usize>(
     seed: Seed,
     progress: impl Fn(u64) + Sync,
 ) -> DirectLight<C> {
-    direct_light_in_groups(luminaires, receiver, blockers, seed, progress, None)
+    direct_light_for(luminaires, receiver, blockers, seed, progress, Asked::default()).0
 }
 
-/// The same, with the part of each light group if asked for: some ns a point and luminaire more.
-pub fn direct_light_in_groups<const C: usize>(
+/// What is asked for beside the light of all.
+#[derive(Clone, Copy, Default)]
+pub struct Asked<'a> {
+    /// The part of each of these light groups: some ns a point and luminaire more.
+    pub groups: Option<&'a LightGroups>,
+    /// That luminaires that are faint where much stands in their way are told instead of summed up.
+    pub faint: bool,
+}
+
+/// The same, and what else is asked for: the light lacks that of the faint luminaires told.
+pub fn direct_light_for<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
     blockers: &Blockers<'_>,
     seed: Seed,
     progress: impl Fn(u64) + Sync,
-    groups: Option<&LightGroups>,
-) -> DirectLight<C> {
+    asked: Asked<'_>,
+) -> (DirectLight<C>, Faint<C>) {
     let emitters = emitters::<C>(luminaires);
-    let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups };
+    let Asked { groups, faint } = asked;
+    let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups, faint };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
         let before = done.fetch_add(points as u64, Ordering::Relaxed);
@@ -129,9 +141,10 @@ pub fn direct_light_in_groups<const C: usize>(
             scratch.rays = 0;
             let gather = gather(receiver.normal_at(block.points[0]));
             let mut by_group = gather.rows(block.points.len());
-            let sums = gather.block(&block, &mut by_group, scratch);
+            let mut faint = Vec::new();
+            let sums = gather.block(&block, &mut by_group, &mut faint, scratch);
             advance(block.points.len());
-            LitBlock { points: block.points, sums, by_group: by_group.map(f64_to_f32), rays: scratch.rays }
+            LitBlock { points: block.points, sums, by_group: by_group.map(f64_to_f32), faint, rays: scratch.rays }
         })
         .collect();
     let points = receiver.len();
@@ -145,7 +158,14 @@ pub fn direct_light_in_groups<const C: usize>(
             DirectGroups { value, variance }
         }),
     };
-    for LitBlock { points, sums, by_group, rays } in found {
+    let mut of_point = vec![[0; 2]; if faint { points } else { 0 }];
+    let mut drawn = Vec::new();
+    for LitBlock { points, sums, by_group, faint, rays } in found {
+        if !faint.is_empty() {
+            let range = [drawn.len() as u32, (drawn.len() + faint.len()) as u32];
+            points.iter().for_each(|&point| of_point[point] = range);
+            drawn.extend(faint);
+        }
         if let Some(DirectGroups { value, variance }) = &mut light.groups {
             for (from, to) in by_group.iter().zip([value, variance]) {
                 let width = from.len() / points.len();
@@ -161,7 +181,7 @@ pub fn direct_light_in_groups<const C: usize>(
         }
         light.rays += rays;
     }
-    light
+    (light, Faint { emitters, of_point, drawn })
 }
 
 /// What the points of a block have got.
@@ -170,6 +190,8 @@ struct LitBlock<const C: usize> {
     sums: Vec<Sum<C>>,
     /// Rows of E and of variances by light group.
     by_group: [Vec<f32>; 2],
+    /// Emitters that are left to rays, and the running sum of what they can bring at most, lx.
+    faint: Vec<(u32, f64)>,
     rays: u64,
 }
 
@@ -359,6 +381,7 @@ struct Gather<'a, const C: usize> {
     emitters: &'a [Emitter<C>],
     seed: Seed,
     groups: Option<&'a LightGroups>,
+    faint: bool,
 }
 
 impl<const C: usize> Gather<'_, C> {
@@ -421,7 +444,13 @@ impl<const C: usize> Gather<'_, C> {
 
     /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
     /// until those left over can't matter any more.
-    fn block(&self, block: &Block, by_group: &mut [Vec<f64>; 2], scratch: &mut Scratch) -> Vec<Sum<C>> {
+    fn block(
+        &self,
+        block: &Block,
+        by_group: &mut [Vec<f64>; 2],
+        faint: &mut Vec<(u32, f64)>,
+        scratch: &mut Scratch,
+    ) -> Vec<Sum<C>> {
         let bounds = self.bounds(&block.points);
         let mut order: Vec<(f64, usize)> =
             self.emitters.iter().enumerate().map(|(i, emitter)| (emitter.most(&bounds, self.up), i)).collect();
@@ -439,6 +468,10 @@ impl<const C: usize> Gather<'_, C> {
             }
             if !sums.iter().any(|sum| sum.open) {
                 break;
+            }
+            if self.is_faint(emitter, most, &bounds, &sums, scratch) {
+                faint.push((emitter as u32, faint.last().map_or(0.0, |(_, sum)| *sum) + most));
+                continue;
             }
             if self.groups.is_some() {
                 before.clear();
@@ -458,6 +491,17 @@ impl<const C: usize> Gather<'_, C> {
             }
         }
         sums
+    }
+
+    /// Whether an emitter, which brings `most` lx at most, is left to rays at the points of a block.
+    fn is_faint(&self, emitter: usize, most: f64, bounds: &Bounds, sums: &[Sum<C>], scratch: &mut Scratch) -> bool {
+        let emitter = &self.emitters[emitter];
+        let brightest = || sums.iter().fold(0.0_f64, |brightest, sum| brightest.max(sum.lux));
+        self.faint
+            && matches!(emitter.source, Source::Polygon(_))
+            && most > 0.0
+            && most <= FAINT * brightest()
+            && self.search(emitter, bounds, MOST_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
     }
 
     /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.

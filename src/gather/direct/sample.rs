@@ -33,11 +33,12 @@ pub(super) enum Target<'a> {
 }
 
 /// A ray to an opening.
-struct Aimed {
-    direction: Vec3,
-    distance: f32,
-    /// What the opening brings from there, in any unit.
-    weight: f64,
+pub(super) struct Aimed {
+    pub(super) direction: Vec3,
+    pub(super) distance: f32,
+    /// What the opening brings from there: of a Lambertian flat one per unit of luminance and area, of a measured flat one in
+    /// lx if all of it shone from there, else in any unit.
+    pub(super) weight: f64,
 }
 
 impl<'a> Target<'a> {
@@ -54,7 +55,7 @@ impl<'a> Target<'a> {
 
     /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the unit
     /// square for equal areas of it, or of the triangles from the middle of an outline to its corners.
-    fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> Aimed {
+    pub(super) fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> Aimed {
         match self {
             Self::Flat(polygon) => {
                 let (target, facing) = polygon.front.point_off(0.0, at, start, caster);
