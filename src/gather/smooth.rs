@@ -303,7 +303,9 @@ impl Smoother {
         let best: Vec<usize> = (0..raw.len())
             .map(|point| {
                 let better = |&a: &usize, &b: &usize| risks[a][point].total_cmp(&risks[b][point]);
-                (0..WINDOWS.len()).min_by(better).unwrap_or(0)
+                // Light is never negative, and the point's own mean, window 0, is not either.
+                let possible = |&window: &usize| fits[point][window].value.iter().all(|value| *value >= 0.0);
+                (0..WINDOWS.len()).filter(possible).min_by(better).unwrap_or(0)
             })
             .collect();
         let bias = self.squared_bias(&fits, &best, &noise, has_value);

@@ -1,13 +1,13 @@
 //! Sums whose bits do not depend on the order in which their parts come.
 //!
 //! What several processes find is added up in another order than one process would. A plain `f64` sum then differs in its
-//! last bits; a sum in two `f64`, the second holding what the first had to round away, is exact as long as its smallest
-//! part is no less than 2⁻⁵² of it, and the first of the two is then the exact sum rounded once.
+//! last bits; of a sum in two `f64`, the second holding what the first had to round away, only the last bits of the second
+//! do, some 2⁻¹⁰⁶ of the sum, and the first is the exact sum rounded once.
 
 /// A sum that rounds only when it is read.
 ///
-/// Exact, and so the same whatever the order, while its parts are between 2⁻⁵² of the sum and 2¹⁰⁰⁰ in size; smaller ones
-/// change the result by less than 2⁻¹⁰⁰ of it.
+/// Its value is the same whatever the order of its parts, but where the exact sum lies within about 2⁻⁵⁰ of a rounding step
+/// from the middle between two `f64`: a chance of 10⁻¹⁵. Parts are finite and below 2¹⁰⁰⁰.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
     /// The sum, rounded.
@@ -76,12 +76,12 @@ mod tests {
         };
         let parts: Vec<f64> = (0..10_000).map(part).collect();
         let forwards = sum(parts.iter().copied());
-        assert_eq!(forwards, sum(parts.iter().rev().copied()));
+        assert_eq!(forwards.value().to_bits(), sum(parts.iter().rev().copied()).value().to_bits());
         for shares in [2, 3, 7] {
             let share = |first| sum(parts.iter().skip(first).step_by(shares).copied());
             let mut merged = Sum::ZERO;
             (0..shares).rev().for_each(|first| merged.merge(share(first)));
-            assert_eq!(forwards, merged, "{shares} shares");
+            assert_eq!(forwards.value().to_bits(), merged.value().to_bits(), "{shares} shares");
         }
         let plain: f64 = parts.iter().sum();
         let backwards: f64 = parts.iter().rev().sum();

@@ -13,7 +13,7 @@ use crate::embree::RayCaster;
 use crate::photon::random::Stream;
 
 /// A luminaire is faint where it brings no more than this part of what the brightest point of the block has got already …
-pub(super) const FAINT: f64 = 0.01;
+pub(super) const FAINT: f64 = 0.02;
 /// … and more triangles than this may be in its way.
 pub(super) const MOST_BLOCKERS_IF_STRONG: usize = 64;
 

@@ -44,6 +44,21 @@ fn sides(low: DVec3, high: DVec3) -> Vec<[DVec3; 4]> {
         .to_vec()
 }
 
+/// Small triangles of a few centimetres strewn through a box, by a fixed seed.
+fn clutter(count: u64, low: DVec3, high: DVec3, size: f32) -> Mesh {
+    let mut stream = Seed(9).stream(0);
+    let mut mesh = Mesh::default();
+    for _ in 0..count {
+        let at = low + (high - low) * v(stream.uniform().into(), stream.uniform().into(), stream.uniform().into());
+        let first = mesh.vertices.len() as u32;
+        let corner = |stream: &mut crate::photon::random::Stream| (at.as_vec3() + stream.on_sphere() * size).to_array();
+        mesh.vertices.extend([corner(&mut stream), corner(&mut stream), corner(&mut stream)]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+        mesh.material_of.push(0);
+    }
+    mesh
+}
+
 /// A luminaire of luminance 1 cd/m², shining down from a height on the rectangle between two corners.
 fn panel([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], height: f64) -> Luminaire {
     Luminaire {
@@ -709,5 +724,51 @@ fn bodies_are_hidden_by_what_is_before_them_only() {
             let (found, _) = at_point(&lamp(()), &Mesh::default(), at, DVec3::Z);
             assert!(found.is_finite() && found >= 0.0, "{body:?} at {at}: {found}");
         }
+    }
+}
+
+/// Under clutter, the luminaires overhead are cut out exactly, the many farther ones are left to rays: the
+/// two add up to what cutting and sampling all of them finds. Mean of n samples, so within five standard errors, those of the
+/// other's own sampling included.
+#[test]
+fn faint_luminaires_are_left_to_rays_without_bias() {
+    let around = |i: i32| [2.0 * f64::from(i) - 0.3, 2.0 * f64::from(i) + 0.3];
+    let row = |j: i32| (-6..=6).map(move |i| panel(around(i), around(j), 2.7));
+    let luminaires: Vec<Luminaire> = (-6..=6).flat_map(row).collect();
+    let mesh = clutter(200_000, v(-13.0, -13.0, 0.3), v(13.0, 13.0, 1.2), 0.012);
+    let caster = RayCaster::build(&Arc::new(mesh.clone()), 1).unwrap();
+    let blockers = Blockers::new(&mesh, &caster);
+    let plane = MeasuringPlane {
+        name: "plane".into(),
+        corner: v(-0.4, -0.4, 0.0),
+        along: v(0.8, 0.0, 0.0),
+        across: v(0.0, 0.8, 0.0),
+        cells: [4, 4],
+        kind: PlaneKind::Air,
+        areas: Default::default(),
+    };
+    let receiver = Receiver::of_plane(&plane, &caster, 1e-4, 1.0);
+    let whole: DirectLight<1> = direct_light(&luminaires, &receiver, &blockers, Seed(1), |_| ());
+    let asked = Asked { faint: true, groups: None };
+    let (strong, faint) = direct_light_for::<1>(&luminaires, &receiver, &blockers, Seed(1), |_| (), asked);
+    assert!(!faint.is_empty());
+    let count = 20_000_u32;
+    for point in 0..receiver.len() {
+        let (start, normal) = (receiver.start(point), receiver.normal);
+        let mut stream = Seed(2).stream(point as u64);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..count {
+            let share = stream.uniform();
+            let ([lux], _) = faint.sample(point, share, start, normal, &caster, &mut stream);
+            (sum, squares) = (sum + lux, squares + lux * lux);
+        }
+        let mean = sum / f64::from(count);
+        let variance = (squares / f64::from(count) - mean * mean) / f64::from(count);
+        let error = 5.0 * (variance + whole.variance[point] + strong.variance[point]).sqrt();
+        let (found, expected) = (strong.value[point][0] + mean, whole.value[point][0]);
+        let off = (found - expected).abs();
+        let allowed = error + whole.left_out[point] + strong.left_out[point];
+        assert!(off <= allowed, "point {point}: {found} lx, cut {expected} lx, allowed {allowed}");
+        assert!(mean > 3.0 * allowed, "point {point}: a bound of {allowed} tells nothing of {mean} lx");
     }
 }
