@@ -27,12 +27,14 @@ use crate::report::{self, file::remove_leftovers};
 ///     seed = [1, 2, 3]           # a list where an option takes one value: a run for each
 ///     name = "north"             # of the runs' folders; default: the scene's stem, and what differs
 ///
-/// Each run has a folder DIR/NAME with its results, and its checkpoint as long as it is under way; DIR/summary.csv and
-/// DIR/report.html sum up. A run that is done, of a scene and options unchanged, is not repeated; one that was killed goes
-/// on after its last pass, to the same bits. A broken scene does not stop the others.
+/// Each run has a folder DIR/NAME with its results, and its checkpoint as long as it is under
+/// way; DIR/summary.csv and DIR/report.html sum up. A run that is done, of a scene and options
+/// unchanged, is not repeated; one that was killed goes on after its last pass, to the same bits.
+/// A broken scene does not stop the others.
 ///
-/// Exit code: 0 all done; 1 a run failed, or misses what --check asks for; 2 bad batch file or use; 130 interrupted by
-/// Ctrl-C, which ends the batch after the pass in hand and keeps its checkpoint.
+/// Exit code: 0 all done; 1 a run failed, or misses what --check asks for; 2 bad batch file or
+/// use; 130 interrupted by Ctrl-C, which ends the batch after the pass in hand and keeps the
+/// checkpoint.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Arguments {
