@@ -36,7 +36,7 @@ fn rooms(test: &str) -> Folder {
 }
 
 /// Coarse settings of all runs.
-const COARSE: &str = "[defaults]\nphotons = 2e3\nrays = 1\npasses = 2\n";
+const COARSE: &str = "[defaults]\nphotons = 2e3\nrays = 1\npasses = 2\nthreads = 1\n";
 
 /// The runs of `--json`, by name: status, and the rest.
 fn runs(output: &Output) -> BTreeMap<String, Value> {
@@ -82,7 +82,7 @@ fn a_broken_scene_stops_no_other_and_nothing_is_done_twice() {
     folder.write("rooms/broken.toml", &BASE.replace("flux", "flvx"));
     folder.write("rooms/hole.toml", &BASE.replace("room.obj", "none.obj"));
     let more =
-        "[[run]]\nscene = \"rooms/*.toml\"\n[[run]]\nscene = \"rooms/a.toml\"\nseed = [1, 2]\nmethod = \"path\"\n";
+        "[[run]]\nscene = \"rooms/*.toml\"\n[[run]]\nscene = \"rooms/a.toml\"\nseed = [1, 2]\nmethod = \"split\"\n";
     folder.write("batch.toml", &format!("{COARSE}{more}"));
     let first = batch(&folder);
     assert_eq!((first.status.code(), stderr(&first)), (Some(1), String::new()));
@@ -95,9 +95,9 @@ fn a_broken_scene_stops_no_other_and_nothing_is_done_twice() {
     assert_eq!(statuses(&first), of("done"));
     let runs = runs(&first);
     let message = |name: &str| runs[name]["message"].as_str().expect("a message").to_owned();
-    assert!(message("broken").starts_with("rooms/broken.toml:11: found unknown key \"flvx\""), "{}", message("broken"));
+    assert!(message("broken").starts_with("rooms/broken.toml:12: found unknown key \"flvx\""), "{}", message("broken"));
     assert!(message("hole").contains("none.obj"), "{}", message("hole"));
-    assert_eq!(runs["a-seed-2"]["figures"]["method"], "path");
+    assert_eq!(runs["a-seed-2"]["figures"]["method"], "split");
     assert_eq!(runs["a-seed-2"]["figures"]["seed"], 2);
 
     // The summary has a line for each place, or for the run that has none.
@@ -108,7 +108,7 @@ fn a_broken_scene_stops_no_other_and_nothing_is_done_twice() {
     assert!(page.contains("<a href=\"a-seed-1/report.html\">") && !page.contains("broken/report.html"));
 
     // The same results as those of the command for one scene.
-    let options = ["--photons", "2000", "--rays", "1", "--passes", "2", "--seed", "2", "--method", "path"];
+    let options = ["--photons", "2000", "--rays", "1", "--passes", "2", "--seed", "2", "--method", "split"];
     folder.succeed(&[&["render", "rooms/a.toml", "-o", "single", "-q"], &options[..]].concat());
     assert_same("a-seed-2", &folder.path("out/a-seed-2"), &folder.path("single"));
 

@@ -340,10 +340,8 @@ fn run(row: &Row) -> [String; 12] {
         Some(_) => format!("<a href=\"{}/report.html\">{name}</a>", escape(&row.name.replace(' ', "%20"))),
         None => name,
     };
-    let under = match row.options.is_empty() {
-        true => escape(&row.scene.display().to_string()),
-        false => format!("{}<br>{}", escape(&row.scene.display().to_string()), escape(&row.options.join(" "))),
-    };
+    let options = row.options.iter().map(|option| format!("<span>{}</span> ", escape(option)));
+    let under = format!("{}<br>{}", escape(&row.scene.display().to_string()), options.collect::<String>());
     let class = match row.status {
         Status::Done | Status::Resumed | Status::DoneBefore if row.message.is_none() => "met",
         Status::Interrupted | Status::NotBegun => "open",
