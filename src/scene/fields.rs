@@ -79,6 +79,9 @@ pub(crate) enum Word {
     Switch(bool),
 }
 
+/// Words, and whether they are a list.
+pub(crate) type Words = (bool, Vec<Placed<Word>>);
+
 /// The keys of one section, such as one `[[luminaire]]`.
 pub(crate) struct Fields<'a> {
     source: &'a Source,
@@ -144,7 +147,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Text, a number, or true or false: one of them, or a list. Whether it is a list comes first.
-    pub(crate) fn words(&self, key: &str) -> Result<Option<(bool, Vec<Placed<Word>>)>, InputError> {
+    pub(crate) fn words(&self, key: &str) -> Result<Option<Words>, InputError> {
         const EXPECTED: &str = "text in quotes, a number, true or false, or a list of such";
         let Some((_, value)) = self.get(key) else { return Ok(None) };
         let word = |item: &Spanned<DeValue>| {
