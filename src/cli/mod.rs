@@ -1,5 +1,6 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
+mod batch;
 mod converge;
 mod luminaire;
 mod merge;
@@ -33,20 +34,24 @@ enum Command {
     Luminaire(luminaire::Arguments),
     Merge(merge::Arguments),
     Office(office::Arguments),
+    Batch(batch::Arguments),
 }
 
 /// What a command that ran found out.
 enum Outcome {
     /// Done: exit code 0.
     Done,
-    /// Ran, but a required value was missed: exit code 1.
+    /// Ran, but a required value was missed, or a run of a batch failed: exit code 1.
     Missed,
     /// Another process says why not: exit code 2.
     #[cfg(feature = "mpi")]
     Failed,
+    /// Ended by Ctrl-C before all of a batch was done: exit code 130, as a shell would say.
+    Interrupted,
 }
 
-/// Runs the command line; exit code 0: done, 1: ran, but a required value was missed, 2: bad input or use.
+/// Runs the command line; exit code 0: done, 1: ran, but a required value was missed or a run of a batch
+/// failed, 130: a batch was interrupted, 2: bad input or use.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -60,12 +65,14 @@ pub fn main() -> ExitCode {
         Command::Luminaire(arguments) => luminaire::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Office(arguments) => office::run(&arguments),
+        Command::Batch(arguments) => batch::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
         #[cfg(feature = "mpi")]
         Ok(Outcome::Failed) => ExitCode::from(2),
+        Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {
             complain(&format!("luxmap: {}", one_line(&error.to_string(), " ")));
             ExitCode::from(2)
@@ -81,11 +88,15 @@ fn refuse(error: &clap::Error) -> ExitCode {
         let _ = error.print(); // nobody listens: nothing left to say it to
         return ExitCode::from(if help { 2 } else { 0 });
     }
+    complain(&format!("luxmap: {}; try --help", sentence(error)));
+    ExitCode::from(2)
+}
+
+/// A mistake on the command line as one line.
+fn sentence(error: &clap::Error) -> String {
     let text = error.to_string();
     let sentence = text.split("\n\nUsage:").next().and_then(|text| text.split("\n\nFor more").next()).unwrap_or(&text);
-    let sentence = one_line(sentence.trim_start_matches("error: "), "; ").replace(":; ", ": ");
-    complain(&format!("luxmap: {sentence}; try --help"));
-    ExitCode::from(2)
+    one_line(sentence.trim_start_matches("error: "), "; ").replace(":; ", ": ")
 }
 
 /// A message without line breaks, whatever a file name or a parser put into it.

@@ -1,9 +1,11 @@
 //! `luxmap render`: the main job.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::builder::PossibleValuesParser;
+use clap::{Args as _, FromArgMatches as _};
 
 use super::progress::Bar;
 use super::{Outcome, complain, print};
@@ -12,7 +14,7 @@ use crate::error::Error;
 use crate::render::launched;
 #[cfg(feature = "mpi")]
 use crate::render::mpi::World;
-use crate::render::{Alone, IMAGE_ERROR, Keeping, Settings, Team, Tree, render_and_keep};
+use crate::render::{Alone, IMAGE_ERROR, Keeping, Settings, Team, Tree, recipe, render_and_keep};
 use crate::report::{self, ExtraLayers, Results};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
@@ -79,7 +81,7 @@ pub(super) struct Arguments {
     seed: Option<u64>,
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    pub(super) threads: Option<u16>,
     /// Only this measuring plane or surface, and no camera but those of --camera; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
@@ -88,19 +90,31 @@ pub(super) struct Arguments {
     cameras: Vec<String>,
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
-    layers: Vec<String>,
+    pub(super) layers: Vec<String>,
     /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
     #[arg(long)]
     groups: bool,
     /// Exit with code 1 if a sensor misses its target, or an area what is required of it.
     #[arg(long)]
-    check: bool,
+    pub(super) check: bool,
     /// Print the summary as JSON instead of the table.
     #[arg(long)]
     json: bool,
     /// No progress on stderr.
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// The parser of these arguments, by itself.
+pub(super) fn command() -> clap::Command {
+    Arguments::augment_args(clap::Command::new("render")).args_override_self(true)
+}
+
+/// Arguments made of options and a scene; where an option is given twice, the last wins.
+pub(super) fn parse(options: &[String], scene: &Path) -> Result<Arguments, clap::Error> {
+    let words = std::iter::once("render".into()).chain(options.iter().map(OsString::from));
+    let words = words.chain(["--".into(), scene.into()]);
+    Arguments::from_arg_matches(&command().try_get_matches_from(words)?)
 }
 
 pub(super) fn method_parser() -> PossibleValuesParser {
@@ -228,6 +242,16 @@ impl Job {
         let settings =
             Settings { photons, rays, smooth, nearest, radius, groups, tree, seed, passes: None, ..defaults };
         Ok(Self { scene, plan, settings, load_seconds })
+    }
+
+    /// What makes its state.
+    pub(super) fn recipe(&self) -> Recipe {
+        recipe(&self.scene, &self.plan, &self.settings)
+    }
+
+    /// How it is to be computed.
+    pub(super) fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Computes it; `None` where another process has the results.

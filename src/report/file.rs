@@ -71,6 +71,26 @@ pub(crate) fn check_writable(folder: &Path) -> io::Result<()> {
     Temporary::beside(&folder.join("check")).map(|_| ())
 }
 
+/// Removes what processes that were killed have left in `folder` on their way to a whole file. Where the system doesn't say
+/// which processes live, nothing is removed.
+pub(crate) fn remove_leftovers(folder: &Path) {
+    let processes = Path::new("/proc");
+    if !processes.join("self").exists() {
+        return;
+    }
+    let is_left = |name: &str| {
+        let numbers = name.strip_prefix(".luxmap-")?.strip_suffix(".tmp")?.split_once('-')?;
+        let (process, _): (u32, u32) = (numbers.0.parse().ok()?, numbers.1.parse().ok()?);
+        Some(process == std::process::id() || !processes.join(process.to_string()).exists())
+    };
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().and_then(is_left) == Some(true) {
+            // What can't be removed is in nobody's way.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A file that is removed unless it gets its final name.
 struct Temporary {
     path: PathBuf,
@@ -111,6 +131,25 @@ impl Drop for Temporary {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A child that has ended is no process any more; that of the tests' own parent lives.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn only_leftovers_of_the_dead_are_removed() {
+        let folder = std::env::temp_dir().join(format!("luxmap-leftovers-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        let mut child = std::process::Command::new("true").spawn().expect("a process");
+        let dead = child.id();
+        child.wait().expect("it ends");
+        let (alive, own) = (std::os::unix::process::parent_id(), std::process::id());
+        let kept = [format!(".luxmap-{alive}-0.tmp"), format!(".luxmap-{dead}.tmp"), format!("x.luxmap-{dead}-0.tmp")];
+        let left = [format!(".luxmap-{dead}-3.tmp"), format!(".luxmap-{own}-0.tmp")];
+        kept.iter().chain(&left).for_each(|name| std::fs::write(folder.join(name), "").expect("room for a file"));
+        remove_leftovers(&folder);
+        assert!(kept.iter().all(|name| folder.join(name).exists()));
+        assert!(left.iter().all(|name| !folder.join(name).exists()));
+        std::fs::remove_dir_all(&folder).expect("it is ours");
+    }
 
     #[test]
     fn no_name_leaves_the_folder_or_meets_another() {

@@ -5,6 +5,7 @@
 //! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
 
 pub mod areas;
+pub mod batch;
 pub mod convergence;
 pub mod csv;
 pub mod exr;

@@ -28,9 +28,38 @@ impl Source {
         Self { path: path.to_owned(), line_starts }
     }
 
+    /// The file, as the user named it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The line in which `span` begins.
     pub(crate) fn at(&self, span: &Range<usize>) -> Location {
         Location::line(&self.path, self.line_starts.partition_point(|&start| start <= span.start))
+    }
+
+    /// What `text`, the file's own, says as TOML; else its first mistake.
+    pub(crate) fn table<'a>(&self, text: &'a str) -> Result<Spanned<DeTable<'a>>, InputError> {
+        // `DeTable::parse` would report the last error, often a mere consequence of the first.
+        let (table, errors) = DeTable::parse_recoverable(text);
+        match errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
+            Some(error) => Err(self.syntax_error(error)),
+            None => Ok(table),
+        }
+    }
+
+    /// `toml`'s own message, which has several lines, as one.
+    fn syntax_error(&self, error: &toml::de::Error) -> InputError {
+        let at = self.at(&error.span().unwrap_or(0..0));
+        let message = error.message().replace('\n', " ");
+        let (found, expected) = match message.split_once(", expected ") {
+            Some((found, "literal string")) => (found, "text in quotes"),
+            Some((found, expected)) if expected != "nothing" => (found, expected),
+            Some((found, _)) => (found, "valid TOML"),
+            None if message == "duplicate key" => ("the same key twice", "each key once"),
+            None => (message.as_str(), "valid TOML"),
+        };
+        InputError::new(at, format!("broken TOML ({found})"), expected)
     }
 }
 
@@ -40,6 +69,18 @@ pub(crate) struct Placed<T> {
     pub(crate) value: T,
     pub(crate) at: Location,
 }
+
+/// A value of one word.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Word {
+    Text(String),
+    /// In plain decimals where it is whole: 1e6 is 1000000.
+    Number(String),
+    Switch(bool),
+}
+
+/// Words, and whether they are a list.
+pub(crate) type Words = (bool, Vec<Placed<Word>>);
 
 /// The keys of one section, such as one `[[luminaire]]`.
 pub(crate) struct Fields<'a> {
@@ -96,6 +137,27 @@ impl<'a> Fields<'a> {
     /// Refuses a section that lacks `key`.
     pub(crate) fn missing(&self, key: &str, example: &str) -> InputError {
         InputError::new(self.at.clone(), format!("{} without {key}", self.section), format!("{key} = {example}"))
+    }
+
+    /// Its keys, in the order of the file.
+    pub(crate) fn keys(&self) -> Vec<&'a str> {
+        let mut keys: Vec<_> = self.table.keys().collect();
+        keys.sort_by_key(|key| key.span().start);
+        keys.into_iter().map(|key| key.get_ref().as_ref()).collect()
+    }
+
+    /// Text, a number, or true or false: one of them, or a list. Whether it is a list comes first.
+    pub(crate) fn words(&self, key: &str) -> Result<Option<Words>, InputError> {
+        const EXPECTED: &str = "text in quotes, a number, true or false, or a list of such";
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let word = |item: &Spanned<DeValue>| {
+            let word = word(item.get_ref()).ok_or_else(|| self.refuse(key, value, EXPECTED))?;
+            Ok(self.placed(item, word))
+        };
+        Ok(Some(match value.get_ref() {
+            DeValue::Array(items) => (true, items.iter().map(word).collect::<Result<_, InputError>>()?),
+            _ => (false, vec![word(value)?]),
+        }))
     }
 
     /// Text.
@@ -302,6 +364,17 @@ fn whole(value: &DeValue) -> Option<u64> {
         // 1e6 photons is how people write it.
         DeValue::Float(_) => number(value).filter(|n| n.fract() == 0.0 && (0.0..=9e15).contains(n)).map(|n| n as u64),
         _ => None,
+    }
+}
+
+fn word(value: &DeValue) -> Option<Word> {
+    match value {
+        DeValue::String(text) => Some(Word::Text(text.to_string())),
+        DeValue::Boolean(on) => Some(Word::Switch(*on)),
+        _ => match whole(value) {
+            Some(whole) => Some(Word::Number(whole.to_string())),
+            None => number(value).map(|number| Word::Number(number.to_string())),
+        },
     }
 }
 

@@ -129,11 +129,7 @@ impl SceneFile {
     /// Reads the text of the file at `path`.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, InputError> {
         let source = Source::new(path, text);
-        // `DeTable::parse` would report the last error, often a mere consequence of the first.
-        let (table, errors) = DeTable::parse_recoverable(text);
-        if let Some(error) = errors.iter().min_by_key(|error| error.span().map(|span| span.start)) {
-            return Err(syntax_error(&source, error));
-        }
+        let table = source.table(text)?;
         const KNOWN: [&str; 10] = [
             "name",
             "mesh",
@@ -173,20 +169,6 @@ impl SceneFile {
         }
         Ok(scene)
     }
-}
-
-/// `toml`'s own message, which has several lines, as one.
-fn syntax_error(source: &Source, error: &toml::de::Error) -> InputError {
-    let at = source.at(&error.span().unwrap_or(0..0));
-    let message = error.message().replace('\n', " ");
-    let (found, expected) = match message.split_once(", expected ") {
-        Some((found, "literal string")) => (found, "text in quotes"),
-        Some((found, expected)) if expected != "nothing" => (found, expected),
-        Some((found, _)) => (found, "valid TOML"),
-        None if message == "duplicate key" => ("the same key twice", "each key once"),
-        None => (message.as_str(), "valid TOML"),
-    };
-    InputError::new(at, format!("broken TOML ({found})"), expected)
 }
 
 fn mesh(source: &Source, at: Location, table: &DeTable) -> Result<MeshSection, InputError> {

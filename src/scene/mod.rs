@@ -6,7 +6,7 @@
 pub mod areas;
 mod assemble;
 mod camera;
-mod fields;
+pub(crate) mod fields;
 pub mod file;
 mod fixture;
 mod lines;

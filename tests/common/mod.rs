@@ -1,6 +1,8 @@
 //! Scenes for the tests: written as a user would write them, read as luxmap reads them.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
+pub mod files;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
