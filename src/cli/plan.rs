@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::render::{method_parser, parse_method};
+use super::render::{gigabytes, method_parser, parse_method};
 use super::{Outcome, complain, print};
 use crate::error::Error;
+use crate::render::memory::{Memory, fit};
+use crate::render::{MOST_CELLS, Settings};
+use crate::report::number;
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
 
@@ -16,11 +19,18 @@ pub(super) struct Arguments {
     /// How illuminance is to be computed.
     #[arg(long, value_name = "METHOD", value_parser = method_parser())]
     method: Option<String>,
+    /// Photons a pass.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    photons: Option<u64>,
+    /// Memory that may be taken.
+    #[arg(long, value_name = "GB", value_parser = gigabytes, allow_negative_numbers = true)]
+    memory: Option<f64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let scene = Scene::load(&arguments.scene)?;
     let method = parse_method(arguments.method.as_ref(), &scene);
+    let plan = Plan::new(&scene, method);
     let points: usize = scene.planes.iter().map(|plane| plane.len()).sum();
     print(&format!(
         "{}: {} triangles, {} luminaires, {} planes with {points} points, {} sensors, {} cameras; method {}\n{}",
@@ -31,7 +41,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         scene.sensors.len(),
         scene.cameras.len(),
         method.name(),
-        Plan::new(&scene, method),
+        plan,
+    ))?;
+    let mut settings = Settings { groups: plan.groups, ..Settings::for_plan(&plan) };
+    settings.photons = arguments.photons.or(scene.render.photons).unwrap_or(settings.photons);
+    let mut most_cells = MOST_CELLS;
+    if let Some(gigabytes) = arguments.memory {
+        let (cells, fewer) = fit(&scene, &plan, &settings, (gigabytes * 1e9) as u64)?;
+        (most_cells, settings.photons) = (cells, fewer.unwrap_or(settings.photons));
+    }
+    let memory = Memory::of(&scene, &plan, &settings, most_cells);
+    let Memory { program, triangles, photons, cells, results, pixels } = memory;
+    let parts = [program, triangles, photons, cells, results, pixels].map(number::bytes);
+    let [program, triangles, photons, cells, results, pixels] = parts;
+    print(&format!(
+        "peak memory about {}: program {program}, triangles {triangles}, {} photons a pass {photons}, cells {cells}, \
+         results {results}, pixels {pixels}\n",
+        number::bytes(memory.peak()),
+        number::count(settings.photons),
     ))?;
     for warning in &scene.warnings {
         complain(&format!("warning: {warning}"));

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::render::launched;
 #[cfg(feature = "mpi")]
 use crate::render::mpi::World;
-use crate::render::{Alone, IMAGE_ERROR, Keeping, Settings, Team, Tree, recipe, render_and_keep};
+use crate::render::{Alone, IMAGE_ERROR, Keeping, MOST_CELLS, Settings, Team, Tree, memory, recipe, render_in_bands};
 use crate::report::{self, ExtraLayers, Results};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
@@ -82,6 +82,10 @@ pub(super) struct Arguments {
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
+    /// Take no more memory than this: large planes are computed in bands, and with methods that store photons a pass has
+    /// fewer [default: planes of more than 4 million cells in bands].
+    #[arg(long, value_name = "GB", value_parser = gigabytes, allow_negative_numbers = true)]
+    memory: Option<f64>,
     /// Only this measuring plane or surface, and no camera but those of --camera; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
@@ -123,6 +127,10 @@ pub(super) fn method_parser() -> PossibleValuesParser {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     more_than_nothing(text, "metres", "m")
+}
+
+pub(super) fn gigabytes(text: &str) -> Result<f64, String> {
+    more_than_nothing(text, "gigabytes", "GB")
 }
 
 fn percent(text: &str) -> Result<f64, String> {
@@ -209,6 +217,8 @@ pub(super) struct Job {
     plan: Plan,
     settings: Settings,
     load_seconds: f64,
+    /// Cells of a plane that are worked on at once.
+    most_cells: usize,
 }
 
 impl Job {
@@ -222,8 +232,17 @@ impl Job {
             scene.render.groups = Some(true);
         }
         let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
-        let settings = settings(arguments, &scene, &plan);
-        Ok(Self { scene, plan, settings, load_seconds })
+        let mut settings = settings(arguments, &scene, &plan);
+        let mut most_cells = MOST_CELLS;
+        if let Some(gigabytes) = arguments.memory {
+            let (cells, fewer) = memory::fit(&scene, &plan, &settings, (gigabytes * 1e9) as u64)?;
+            most_cells = cells;
+            if let Some(photons) = fewer {
+                let asked = std::mem::replace(&mut settings.photons, photons);
+                scene.warnings.push(format!("--memory: {photons} photons a pass instead of {asked}"));
+            }
+        }
+        Ok(Self { scene, plan, settings, load_seconds, most_cells })
     }
 
     /// What made a state of the scene.
@@ -241,7 +260,7 @@ impl Job {
         let defaults = Settings::of(plan.method);
         let settings =
             Settings { photons, rays, smooth, nearest, radius, groups, tree, seed, passes: None, ..defaults };
-        Ok(Self { scene, plan, settings, load_seconds })
+        Ok(Self { scene, plan, settings, load_seconds, most_cells: MOST_CELLS })
     }
 
     /// What makes its state.
@@ -266,7 +285,8 @@ impl Job {
             .build()
             .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
         let bar = Bar::new(quiet);
-        let results = pool.install(|| render_and_keep(&self.scene, &self.plan, &self.settings, &bar, keeping))?;
+        let Self { scene, plan, settings, most_cells, .. } = self;
+        let results = pool.install(|| render_in_bands(scene, plan, settings, &bar, keeping, *most_cells))?;
         Ok(results.map(|mut results| {
             results.run.seconds.insert(0, ("load scene", self.load_seconds));
             results.run.total_seconds += self.load_seconds;

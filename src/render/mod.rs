@@ -1,7 +1,9 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
+mod bands;
 mod groups;
 mod keeping;
+pub mod memory;
 #[cfg(feature = "mpi")]
 pub mod mpi;
 mod passes;
@@ -37,6 +39,7 @@ use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 use crate::state::Passes;
+pub use bands::{MOST_CELLS, render_in_bands};
 pub use keeping::{Keeping, recipe};
 pub use team::{Alone, Team, launched};
 
@@ -180,6 +183,28 @@ pub fn render_and_keep(
     progress: &dyn Progress,
     keeping: &Keeping<'_>,
 ) -> Result<Option<Results>, Error> {
+    let (caster, seconds) = start(scene, progress)?;
+    render_part(scene, plan, settings, progress, keeping, &caster, seconds)
+}
+
+/// Makes the mesh ready for rays, and says how long that took.
+fn start(scene: &Scene, progress: &dyn Progress) -> Result<(RayCaster, Vec<(&'static str, f64)>), Error> {
+    let (name, started) = ("build BVH", Instant::now());
+    progress.stage(name, 1);
+    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?;
+    Ok((caster, vec![(name, started.elapsed().as_secs_f64())]))
+}
+
+/// Renders a scene whose mesh is ready for rays; `seconds` were spent on that.
+fn render_part(
+    scene: &Scene,
+    plan: &Plan,
+    settings: &Settings,
+    progress: &dyn Progress,
+    keeping: &Keeping<'_>,
+    caster: &RayCaster,
+    seconds: Vec<(&'static str, f64)>,
+) -> Result<Option<Results>, Error> {
     let run = match (plan.coloured, settings.tree) {
         (false, Tree::Kd) => Rendering::<1>::run::<KdTree>,
         (false, Tree::Kiddo) => Rendering::<1>::run::<Kiddo>,
@@ -190,7 +215,12 @@ pub fn render_and_keep(
         (true, Tree::Paper) => Rendering::<3>::run::<Paper>,
         (true, Tree::Brute) => Rendering::<3>::run::<BruteForce>,
     };
-    run(scene, plan, settings, progress, keeping)
+    let mut results = run(scene, plan, settings, progress, keeping, caster)?;
+    if let Some(Results { run, .. }) = &mut results {
+        run.total_seconds += seconds.iter().map(|(_, seconds)| seconds).sum::<f64>();
+        run.seconds.splice(0..0, seconds);
+    }
+    Ok(results)
 }
 
 /// Search limits of the two kinds of light; see [`Crossings`].
@@ -293,6 +323,8 @@ struct Rendering<'a, const C: usize> {
     searches: Searches,
     done: Passes,
     seconds: Vec<(&'static str, f64)>,
+    /// Rays before the first pass, and in passes.
+    prepared_rays: u64,
     gather_rays: u64,
     photons_emitted: u64,
     photons_stored: u64,
@@ -311,6 +343,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         settings: &'a Settings,
         progress: &'a dyn Progress,
         keeping: &Keeping<'_>,
+        caster: &RayCaster,
     ) -> Result<Option<Results>, Error> {
         let diagonal = scene.diagonal();
         let mut rendering = Self {
@@ -323,6 +356,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             searches: Searches::new(plan.method, settings, diagonal, settings.photons as f64),
             done: Passes::default(),
             seconds: Vec::new(),
+            prepared_rays: 0,
             gather_rays: 0,
             photons_emitted: 0,
             photons_stored: 0,
@@ -332,16 +366,14 @@ impl<'a, const C: usize> Rendering<'a, C> {
             warnings: scene.warnings.clone(),
         };
         rendering.choose_groups()?;
-        let caster =
-            rendering.timed("build BVH", 1, |_| RayCaster::build(&scene.mesh, rayon::current_num_threads()))?;
-        let (mut places, sensors) = rendering.places(&caster);
+        let (mut places, sensors) = rendering.places(caster);
         if plan.shadow_rays {
-            rendering.direct(&mut places, &caster);
+            rendering.direct(&mut places, caster);
         }
-        rendering.look_around(&mut places, &caster);
+        rendering.look_around(&mut places, caster);
         let mut images = Vec::new();
         if plan.bounces || !scene.cameras.is_empty() {
-            images = rendering.passes::<T>(&mut places, &caster, keeping)?;
+            images = rendering.passes::<T>(&mut places, caster, keeping)?;
         }
         if keeping.team.rank() > 0 {
             return Ok(None);
@@ -449,7 +481,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                     }
                     bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups),
                 };
-                this.gather_rays += light.rays;
+                this.prepared_rays += light.rays;
                 place.direct = Some(light);
             }
         });
@@ -470,11 +502,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
                 if densities && receiver.is_plane() {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
-                    this.gather_rays += (FAN * surroundings.len()) as u64;
+                    this.prepared_rays += (FAN * surroundings.len()) as u64;
                 }
                 if let (Some(grid), Some(_), true) = (receiver.grid, samples, this.settings.smooth) {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
-                    this.gather_rays += 2 * receiver.len() as u64;
+                    this.prepared_rays += 2 * receiver.len() as u64;
                 }
                 this.progress.advance(1);
             }

@@ -133,7 +133,7 @@ impl<const C: usize> Rendering<'_, C> {
             seconds: self.seconds.clone(),
             total_seconds: self.started.elapsed().as_secs_f64(),
             photon_rays: flux.rays,
-            gather_rays: self.gather_rays,
+            gather_rays: self.prepared_rays + self.gather_rays,
             left_out: left_out(places),
             flux: FluxBalance {
                 emitted: lumens(flux.emitted),
@@ -250,7 +250,7 @@ fn left_out<const C: usize>(places: &[Place<C>]) -> [f64; 2] {
 }
 
 /// Outlines of the flat openings, in metres along and across the plane.
-fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
     let (along, across) = (plane.along.normalize(), plane.across.normalize());
     let flat = |corners: &[DVec3]| -> Vec<[f64; 2]> {
         corners

@@ -20,6 +20,15 @@ pub(crate) fn fine_percent(part: f64) -> String {
     format!("{}", (part * 1e6).round() / 1e4)
 }
 
+/// Bytes, as MB or GB.
+pub(crate) fn bytes(bytes: u64) -> String {
+    if bytes >= 1_000_000_000 {
+        format!("{:.2} GB", bytes as f64 / 1e9)
+    } else {
+        format!("{} MB", short(bytes as f64 / 1e6))
+    }
+}
+
 /// Seconds as `0.85 ms`, `3.42 s`, `2 min 05 s`, `1 h 02 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.max(0.0).round();

@@ -1,6 +1,6 @@
 //! The summary for a person at a terminal.
 
-use crate::report::number::{count, duration, fine_percent, long, percent, short};
+use crate::report::number::{bytes, count, duration, fine_percent, long, percent, short};
 use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
 use crate::units::Lumens;
 
@@ -38,6 +38,9 @@ pub fn table(results: &Results) -> String {
         lines.push(format!("flux  {}", flux_balance(run)));
     }
     lines.push(format!("time  {}", times(run)));
+    if run.peak_memory > 0 {
+        lines.push(format!("peak memory  {}", bytes(run.peak_memory)));
+    }
     lines.join("\n") + "\n"
 }
 

@@ -66,7 +66,7 @@ pub fn stderr(output: &Output) -> String {
 /// of direct light and of the surroundings anew.
 pub fn lasting(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().expect("a summary is an object");
-    for name in ["stages", "total_s", "threads", "peak_memory_bytes", "bvh_memory_bytes", "gather_rays"] {
+    for name in ["stages", "total_s", "threads", "peak_memory_bytes", "bvh_memory_bytes"] {
         assert!(fields.remove(name).is_some(), "{name}");
     }
     summary

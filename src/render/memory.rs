@@ -1,0 +1,168 @@
+//! How much memory a run will take, told before it begins.
+//!
+//! Counted from what is kept for each cell, pixel, photon and triangle, and fitted to what runs took on Linux (VmHWM) where a
+//! library's share can't be counted: of some twenty runs, from 0.3 to 4.2 million cells and up to 20 million triangles, all
+//! were within the bound stated in the README.
+
+use super::bands::cells_at_once;
+use super::{Settings, Tree};
+use crate::error::Error;
+use crate::luminaire::LightGroups;
+use crate::scene::Scene;
+use crate::scene::plan::{Method, Plan};
+
+/// The program itself, with Embree and its threads, bytes.
+const PROGRAM: u64 = 21_000_000;
+/// A triangle: mesh and Embree's tree at its peak, planes, blockers, patches, bytes; and a vertex.
+const TRIANGLE: u64 = 141;
+const VERTEX: u64 = 12;
+/// A photon on its way to a map: stored, sorted, and in the tree, bytes; and one whose landings only light patches.
+const PHOTON: u64 = 28;
+const LANDING: u64 = 4;
+/// Triangles from which on luminaires may be faint behind them, and luminaires.
+const CLUTTER: usize = 20_000;
+const MANY: usize = 16;
+/// The part of a budget that the photons of one pass may take.
+const PHOTONS_SHARE: f64 = 0.25;
+
+/// Memory that a run will take at its peak, bytes, by what takes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// The program.
+    pub program: u64,
+    /// Mesh and tree of triangles.
+    pub triangles: u64,
+    /// Photons of one pass.
+    pub photons: u64,
+    /// Cells in work.
+    pub cells: u64,
+    /// Results, until they are written.
+    pub results: u64,
+    /// Cameras.
+    pub pixels: u64,
+}
+
+impl Memory {
+    /// All together.
+    pub fn peak(&self) -> u64 {
+        self.program + self.triangles + self.photons + self.cells + self.results + self.pixels
+    }
+
+    /// What a run will take with at most `most_cells` cells of a plane in work.
+    pub fn of(scene: &Scene, plan: &Plan, settings: &Settings, most_cells: usize) -> Self {
+        let cell = Cell::of(scene, plan, settings);
+        let cut = |cells: &usize, at_once: usize| at_once < *cells;
+        let planes: Vec<(usize, usize)> =
+            scene.planes.iter().map(|plane| (plane.len(), cells_at_once(plane, most_cells))).collect();
+        // Planes that are cut are worked on one after the other, all others together.
+        let together: usize =
+            planes.iter().filter(|(cells, at_once)| !cut(cells, *at_once)).map(|(cells, _)| cells).sum();
+        let single = planes.iter().map(|(_, at_once)| *at_once).max().unwrap_or(0);
+        let band = planes.iter().filter(|(cells, at_once)| cut(cells, *at_once)).map(|(_, at_once)| *at_once).max();
+        let points = together + scene.surfaces.iter().map(|surface| surface.samples.len()).sum::<usize>();
+        let kept = (points as u64 * cell.kept).max(band.unwrap_or(0) as u64 * cell.kept);
+        let all: usize = planes.iter().map(|(cells, _)| cells).sum();
+        let pixels: usize = scene.cameras.iter().map(|camera| camera.len()).sum();
+        let photons = if plan.photons { settings.photons * photon(plan) } else { 0 };
+        Self {
+            program: PROGRAM,
+            triangles: scene.mesh.triangles.len() as u64 * TRIANGLE + scene.mesh.vertices.len() as u64 * VERTEX,
+            photons,
+            cells: kept + single as u64 * cell.passing,
+            results: if band.is_some() { all as u64 * cell.result } else { 0 },
+            pixels: pixels as u64 * pixel(plan),
+        }
+    }
+}
+
+/// Bytes of a photon.
+fn photon(plan: &Plan) -> u64 {
+    match plan.method {
+        Method::Gather | Method::Path => LANDING,
+        Method::Split | Method::Photons | Method::Seed => PHOTON,
+    }
+}
+
+/// Bytes of a camera's pixel.
+fn pixel(plan: &Plan) -> u64 {
+    let channels = channels(plan);
+    (3 * channels + 2) * 16 + (channels + 4) * 8 + 16 + (5 * channels + 8) * 4
+}
+
+fn channels(plan: &Plan) -> u64 {
+    if plan.coloured { 3 } else { 1 }
+}
+
+/// Bytes of a cell.
+struct Cell {
+    /// As long as its plane is in work.
+    kept: u64,
+    /// While its plane is smoothed or written.
+    passing: u64,
+    /// Its result.
+    result: u64,
+}
+
+impl Cell {
+    fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
+        let channels = channels(plan);
+        let estimate = 8 * channels + 8;
+        let densities = plan.bounces && plan.photons && (!plan.method.sends_rays() || plan.caustics);
+        let sampled = plan.bounces && plan.method.sends_rays();
+        let smooth = sampled && settings.smooth;
+        let mut kept = 23 + estimate;
+        if plan.shadow_rays {
+            kept += 8 * channels + 16;
+        }
+        if sampled {
+            kept += 128 * channels + 5;
+            let faint = scene.mesh.triangles.len() >= CLUTTER && scene.luminaires.len() >= MANY;
+            if smooth && faint && !settings.groups {
+                kept += 128 * channels + estimate;
+            }
+        }
+        if densities {
+            kept += 6 * 16 * (channels + 1);
+            kept += if plan.method == Method::Seed { 0 } else { 264 };
+        }
+        let result = 25 + if plan.coloured { 24 } else { 0 };
+        let chosen = if densities { 5 * estimate + 80 } else { 0 };
+        let smoothed = if smooth { 3 * estimate + 9 * (4 * channels + 8) + 120 } else { 0 };
+        let written = 16 * channels + 8 + result + 24;
+        let mut passing = if smooth { smoothed } else { chosen.max(written) };
+        if settings.groups {
+            let row = LightGroups::of(&scene.luminaires).len() as u64 * channels;
+            kept += row * 24;
+            passing += row * 12;
+        }
+        if settings.tree == Tree::Paper && densities {
+            passing += 16;
+        }
+        Self { kept, passing, result }
+    }
+}
+
+/// How a run fits into `budget` bytes: cells in work at once, and photons a pass where those asked for are too many.
+///
+/// # Errors
+/// Where it does not fit at all.
+pub fn fit(scene: &Scene, plan: &Plan, settings: &Settings, budget: u64) -> Result<(usize, Option<u64>), Error> {
+    let photons = (budget as f64 * PHOTONS_SHARE / photon(plan) as f64) as u64;
+    let fewer = (plan.photons && photons < settings.photons).then_some(photons.max(1000));
+    let settings = Settings { photons: fewer.unwrap_or(settings.photons), ..settings.clone() };
+    let needed = |most_cells: usize| Memory::of(scene, plan, &settings, most_cells).peak();
+    let (mut low, mut high) = (1, super::MOST_CELLS);
+    if needed(low) > budget {
+        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+        return Err(Error::Usage(format!(
+            "--memory: found {:.3} GB, expected at least {:.3} GB for this scene",
+            gigabytes(budget),
+            gigabytes(needed(low)) + 0.001,
+        )));
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if needed(middle) <= budget { low = middle } else { high = middle }
+    }
+    Ok((if needed(high) <= budget { high } else { low }, fewer))
+}
