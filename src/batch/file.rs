@@ -238,8 +238,8 @@ mod tests {
             ("[defaults]\nerror = 1", "b.toml: found no [[run]], expected at least one of them"),
             (
                 "[[run]]\nscene = \"a\"\n\n[defaults]\nerorr = 1",
-                "b.toml:5: found unknown key \"erorr\" in [defaults], expected one of error, seed, groups, layers; \
-                 did you mean error?",
+                "b.toml:5: found unknown key \"erorr\" in defaults of the batch file, expected one of error, seed, groups, \
+                 layers",
             ),
             ("[[run]]\nseed = 1", "b.toml:1: found [[run]] without scene, expected scene = \"room.toml\""),
             (

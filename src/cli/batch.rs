@@ -18,14 +18,14 @@ use crate::report::{self, file::remove_leftovers};
 ///
 /// FILE is a batch file (TOML), or there are several scene files:
 ///
-///     [defaults]                 # options of luxmap render, by their long names
-///     error = 0.5
-///     layers = ["stderr"]
-///     [[run]]
-///     scene = "rooms/*.toml"     # a path, a pattern, or a list of such, relative to the batch file
-///     method = "path"            # wins over the defaults
-///     seed = [1, 2, 3]           # a list where an option takes one value: a run for each
-///     name = "north"             # of the runs' folders; default: the scene's stem, and what differs
+///   [defaults]                 # options of luxmap render, by their long names
+///   error = 0.5
+///   layers = ["stderr"]
+///   [[run]]
+///   scene = "rooms/*.toml"     # a path, a pattern, or a list of such, relative to the batch file
+///   method = "path"            # wins over the defaults
+///   seed = [1, 2, 3]           # a list where an option takes one value: a run for each
+///   name = "north"             # of the runs' folders; default: the scene's stem, and what differs
 ///
 /// Each run has a folder DIR/NAME with its results, and its checkpoint as long as it is under
 /// way; DIR/summary.csv and DIR/report.html sum up. A run that is done, of a scene and options
