@@ -280,7 +280,7 @@ impl Smoother {
     ) -> Vec<Estimate<C>> {
         let raw = samples.plain();
         let noise: Vec<f64> = raw.iter().map(|estimate| estimate.variance).collect();
-        let noise = self.box_means(&noise, has_value, POOL);
+        let noise = pooled(&noise, has_value, [self.columns, self.rows]);
         let fits: Vec<[Fit<C>; WINDOWS.len()]> = (0..raw.len())
             .into_par_iter()
             .with_min_len(64)
@@ -630,6 +630,11 @@ fn matrix(sums: &[f64; MONOMIALS]) -> [[f64; TERMS]; TERMS] {
     })
 }
 
+/// Variances pooled over [`POOL`]. Never below 0, which the differences of large sums would miss by rounding where it is dark.
+fn pooled(variances: &[f64], has_value: &[bool], size: [usize; 2]) -> Vec<f64> {
+    box_means(variances, has_value, size, POOL).into_iter().map(|variance| variance.max(0.0)).collect()
+}
+
 /// Means over the squares of `half` cells to each side of every point of a grid, of the points that have a value; 0 where
 /// none has.
 pub(super) fn box_means(values: &[f64], has_value: &[bool], [columns, rows]: [usize; 2], half: usize) -> Vec<f64> {
@@ -772,6 +777,20 @@ mod tests {
             let alone = fitted(degree, 10.0, |x, y| x == 0.0 && y == 0.0, |_, _| 42.0);
             assert!((alone - 42.0).abs() < 1e-4, "{alone}");
         }
+    }
+
+    /// Variances are not negative, nor are their means, where dark cells lie beside bright ones either: their square root,
+    /// the standard error, was NaN once. Without the bound rounding breaks this in some cells.
+    #[test]
+    fn pooled_variances_are_not_negative() {
+        let size = [122, 82];
+        let variances: Vec<f64> = (0..size[0] * size[1])
+            .map(|point| if point % size[0] < 60 { 1e3 * (point as f64 * 0.618_034).fract() } else { 0.0 })
+            .collect();
+        let has_value = vec![true; variances.len()];
+        let bare = box_means(&variances, &has_value, size, POOL);
+        assert!(bare.iter().any(|&mean| mean < 0.0), "the case is too easy to show anything");
+        assert!(pooled(&variances, &has_value, size).iter().all(|&mean| mean >= 0.0));
     }
 
     /// Of noise of variance 1 a fit has the variance Σ weight², whether summed by weights or by moments.
