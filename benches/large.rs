@@ -94,10 +94,9 @@ fn measure(scene: &Scene, caster: &RayCaster, photons: u64) {
     let emission = Emission::<1>::new(&scene.luminaires, photons, caster);
     let mut emit = || {
         (0..photons.div_ceil(8192)).into_par_iter().for_each(|chunk| {
-            let mut luminaire = 0;
             for photon in 8192 * chunk..photons.min(8192 * (chunk + 1)) {
                 let place = (photon as f64 + 0.5) / photons as f64;
-                black_box(emission.photon(place, &mut luminaire, &mut Seed(1).stream(photon)));
+                black_box(emission.photon(place, &mut Seed(1).stream(photon)));
             }
         });
     };

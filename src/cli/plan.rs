@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::render::{gigabytes, method_parser, parse_method};
+use super::render::{choose_planes, gigabytes, method_parser, parse_method};
 use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::render::memory::{Memory, fit};
@@ -22,13 +22,17 @@ pub(super) struct Arguments {
     /// Photons a pass.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     photons: Option<u64>,
+    /// Only this measuring plane or surface; repeatable.
+    #[arg(long = "plane", value_name = "NAME")]
+    planes: Vec<String>,
     /// Memory that may be taken.
     #[arg(long, value_name = "GB", value_parser = gigabytes, allow_negative_numbers = true)]
     memory: Option<f64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let scene = Scene::load(&arguments.scene)?;
+    let mut scene = Scene::load(&arguments.scene)?;
+    choose_planes(&mut scene, &arguments.planes)?;
     let method = parse_method(arguments.method.as_ref(), &scene);
     let plan = Plan::new(&scene, method);
     let points: usize = scene.planes.iter().map(|plane| plane.len()).sum();

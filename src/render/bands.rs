@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::results::outlines;
-use super::{Keeping, Progress, Settings, render_part, start};
+use super::{Keeping, Progress, Settings, Stages, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::report::{IlluminanceMap, Results, areas};
@@ -119,7 +119,7 @@ struct Work<'a> {
     keeping: &'a Keeping<'a>,
     caster: &'a RayCaster,
     /// Wall time before the first part.
-    seconds: Vec<(&'static str, f64)>,
+    seconds: Stages,
     parts: u32,
     /// Results of all parts, but for the maps of bands.
     all: Option<Results>,

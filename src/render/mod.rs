@@ -187,8 +187,11 @@ pub fn render_and_keep(
     render_part(scene, plan, settings, progress, keeping, &caster, seconds)
 }
 
+/// Wall time of each stage, s, in the order they ran.
+type Stages = Vec<(&'static str, f64)>;
+
 /// Makes the mesh ready for rays, and says how long that took.
-fn start(scene: &Scene, progress: &dyn Progress) -> Result<(RayCaster, Vec<(&'static str, f64)>), Error> {
+fn start(scene: &Scene, progress: &dyn Progress) -> Result<(RayCaster, Stages), Error> {
     let (name, started) = ("build BVH", Instant::now());
     progress.stage(name, 1);
     let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?;
@@ -203,7 +206,7 @@ fn render_part(
     progress: &dyn Progress,
     keeping: &Keeping<'_>,
     caster: &RayCaster,
-    seconds: Vec<(&'static str, f64)>,
+    seconds: Stages,
 ) -> Result<Option<Results>, Error> {
     let run = match (plan.coloured, settings.tree) {
         (false, Tree::Kd) => Rendering::<1>::run::<KdTree>,
@@ -322,7 +325,7 @@ struct Rendering<'a, const C: usize> {
     diagonal: f64,
     searches: Searches,
     done: Passes,
-    seconds: Vec<(&'static str, f64)>,
+    seconds: Stages,
     /// Rays before the first pass, and in passes.
     prepared_rays: u64,
     gather_rays: u64,
