@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::render::{choose_planes, gigabytes, method_parser, parse_method};
 use super::{Outcome, complain, print};
 use crate::error::Error;
+use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
-use crate::render::{MOST_CELLS, Settings};
 use crate::report::number;
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
@@ -49,11 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     ))?;
     let mut settings = Settings { groups: plan.groups, ..Settings::for_plan(&plan) };
     settings.photons = arguments.photons.or(scene.render.photons).unwrap_or(settings.photons);
-    let mut most_cells = MOST_CELLS;
-    if let Some(gigabytes) = arguments.memory {
-        let (cells, fewer) = fit(&scene, &plan, &settings, (gigabytes * 1e9) as u64)?;
-        (most_cells, settings.photons) = (cells, fewer.unwrap_or(settings.photons));
-    }
+    let most_cells = fit(&scene, &plan, &mut settings, arguments.memory)?;
     let memory = Memory::of(&scene, &plan, &settings, most_cells);
     let Memory { program, triangles, photons, cells, results, pixels } = memory;
     let parts = [program, triangles, photons, cells, results, pixels].map(number::bytes);

@@ -224,35 +224,25 @@ pub(super) struct Job {
 impl Job {
     /// What the arguments ask for.
     pub(super) fn of(arguments: &Arguments) -> Result<Self, Error> {
-        let started = Instant::now();
-        let mut scene = Scene::load(&arguments.scene)?;
-        let load_seconds = started.elapsed().as_secs_f64();
+        let (mut scene, load_seconds) = load(&arguments.scene)?;
         choose(&mut scene, &arguments.planes, &arguments.cameras)?;
         if arguments.groups {
             scene.render.groups = Some(true);
         }
         let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
         let mut settings = settings(arguments, &scene, &plan);
-        let mut most_cells = MOST_CELLS;
-        if let Some(gigabytes) = arguments.memory {
-            let (cells, fewer) = memory::fit(&scene, &plan, &settings, (gigabytes * 1e9) as u64)?;
-            most_cells = cells;
-            if let Some(photons) = fewer {
-                let asked = std::mem::replace(&mut settings.photons, photons);
-                scene.warnings.push(format!("--memory: {photons} photons a pass instead of {asked}"));
-            }
+        let asked = settings.photons;
+        let most_cells = memory::fit(&scene, &plan, &mut settings, arguments.memory)?;
+        if settings.photons < asked {
+            scene.warnings.push(format!("--memory: {} photons a pass instead of {asked}", settings.photons));
         }
         Ok(Self { scene, plan, settings, load_seconds, most_cells })
     }
 
     /// What made a state of the scene.
     pub(super) fn of_recipe(path: &Path, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
-        let started = Instant::now();
-        let mut scene = Scene::load(path)?;
-        let load_seconds = started.elapsed().as_secs_f64();
-        scene.planes.retain(|plane| recipe.planes.contains(&plane.name));
-        scene.surfaces.retain(|surface| recipe.planes.contains(&surface.name));
-        scene.cameras.retain(|camera| recipe.cameras.contains(&camera.name));
+        let (mut scene, load_seconds) = load(path)?;
+        keep_only(&mut scene, &recipe.planes, &recipe.cameras);
         scene.render.groups = Some(recipe.groups);
         let plan = Plan::new(&scene, parse_method(Some(&recipe.method), &scene));
         let tree = named(&recipe.tree, Tree::ALL).unwrap_or(Tree::Kd);
@@ -317,11 +307,23 @@ fn choose(scene: &mut Scene, planes: &[String], cameras: &[String]) -> Result<()
         return Err(Error::Usage(format!("--camera: found \"{unknown}\", expected {known}")));
     }
     if !planes.is_empty() || !cameras.is_empty() {
-        scene.planes.retain(|plane| planes.contains(&plane.name));
-        scene.surfaces.retain(|surface| planes.contains(&surface.name));
-        scene.cameras.retain(|camera| cameras.contains(&camera.name));
+        keep_only(scene, planes, cameras);
     }
     Ok(())
+}
+
+/// Leaves out planes, surfaces and cameras of other names.
+fn keep_only(scene: &mut Scene, planes: &[String], cameras: &[String]) {
+    scene.planes.retain(|plane| planes.contains(&plane.name));
+    scene.surfaces.retain(|surface| planes.contains(&surface.name));
+    scene.cameras.retain(|camera| cameras.contains(&camera.name));
+}
+
+/// A scene, and how long it took to read it, s.
+fn load(path: &Path) -> Result<(Scene, f64), Error> {
+    let started = Instant::now();
+    let scene = Scene::load(path)?;
+    Ok((scene, started.elapsed().as_secs_f64()))
 }
 
 /// Keeps the planes and surfaces asked for; all where none is named.

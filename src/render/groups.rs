@@ -101,9 +101,8 @@ impl<const C: usize> Rendering<'_, C> {
             ));
         }
         let scene = self.scene;
-        let counted = self.plan.photons && (!self.plan.method.sends_rays() || self.plan.caustics);
         let body = scene.sensors.iter().find(|sensor| sensor.measure != Measure::Plane);
-        if let (true, Some(sensor)) = (counted, body) {
+        if let (true, Some(sensor)) = (self.plan.counts_photons(), body) {
             return Err(Error::Usage(format!(
                 "--groups: found sensor {} ({}) where photons are counted, expected method gather or path and no mirror or \
                  glass, or measure = \"plane\"",

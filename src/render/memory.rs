@@ -4,8 +4,8 @@
 //! library's share can't be counted. A test holds it to a fifth; photons of methods that store them are those of the seed
 //! office, where most cross the floor.
 
-use super::bands::cells_at_once;
-use super::{Settings, Tree};
+use super::Settings;
+use super::bands::{MOST_CELLS, cells_at_once};
 use crate::error::Error;
 use crate::luminaire::LightGroups;
 use crate::scene::Scene;
@@ -107,7 +107,7 @@ impl Cell {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;
-        let densities = plan.bounces && plan.photons && (!plan.method.sends_rays() || plan.caustics);
+        let densities = plan.counts_photons();
         let sampled = plan.bounces && plan.method.sends_rays();
         let smooth = sampled && settings.smooth;
         let mut kept = 23 + estimate;
@@ -135,23 +135,23 @@ impl Cell {
             kept += row * 24;
             passing += row * 12;
         }
-        if settings.tree == Tree::Paper && densities {
-            passing += 16;
-        }
         Self { kept, passing, result }
     }
 }
 
-/// How a run fits into `budget` bytes: cells in work at once, and photons a pass where those asked for are too many.
+/// Fits a run into `budget` GB, where there is one: lowers its photons a pass where they are too many, and returns how many
+/// cells of a plane may be in work at once.
 ///
 /// # Errors
 /// Where it does not fit at all.
-pub fn fit(scene: &Scene, plan: &Plan, settings: &Settings, budget: u64) -> Result<(usize, Option<u64>), Error> {
+pub fn fit(scene: &Scene, plan: &Plan, settings: &mut Settings, budget: Option<f64>) -> Result<usize, Error> {
+    let Some(budget) = budget.map(|gigabytes| (gigabytes * 1e9) as u64) else { return Ok(MOST_CELLS) };
     let photons = (budget as f64 * PHOTONS_SHARE / photon(plan) as f64) as u64;
-    let fewer = (plan.photons && photons < settings.photons).then_some(photons.max(1000));
-    let settings = Settings { photons: fewer.unwrap_or(settings.photons), ..settings.clone() };
-    let needed = |most_cells: usize| Memory::of(scene, plan, &settings, most_cells).peak();
-    let (mut low, mut high) = (1, super::MOST_CELLS);
+    if plan.photons {
+        settings.photons = settings.photons.min(photons.max(1000));
+    }
+    let needed = |most_cells: usize| Memory::of(scene, plan, settings, most_cells).peak();
+    let (mut low, mut high) = (1, MOST_CELLS);
     if needed(low) > budget {
         let gigabytes = |bytes: u64| bytes as f64 / 1e9;
         return Err(Error::Usage(format!(
@@ -160,9 +160,12 @@ pub fn fit(scene: &Scene, plan: &Plan, settings: &Settings, budget: u64) -> Resu
             gigabytes(needed(low)) + 0.001,
         )));
     }
+    if needed(high) <= budget {
+        return Ok(high);
+    }
     while high - low > 1 {
         let middle = low + (high - low) / 2;
         if needed(middle) <= budget { low = middle } else { high = middle }
     }
-    Ok((if needed(high) <= budget { high } else { low }, fewer))
+    Ok(low)
 }

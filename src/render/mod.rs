@@ -388,11 +388,6 @@ impl<'a, const C: usize> Rendering<'a, C> {
         Ok(Some(rendering.results(&places, &sensors, images, caster.peak_memory())))
     }
 
-    /// Whether the density of photons tells any light.
-    fn asks_densities(&self) -> bool {
-        self.plan.bounces && self.plan.photons && (!self.plan.method.sends_rays() || self.plan.caustics)
-    }
-
     /// Runs a stage and books its wall time.
     fn timed<R>(&mut self, name: &'static str, steps: u64, stage: impl FnOnce(&mut Self) -> R) -> R {
         self.progress.stage(name, steps);
@@ -446,7 +441,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 groups: if told_apart { self.place_groups(&receiver) } else { None },
                 counts: None,
                 areas: Vec::new(),
-                density: vec![Densities::default(); if self.asks_densities() { receiver.len() } else { 0 }],
+                density: vec![Densities::default(); if self.plan.counts_photons() { receiver.len() } else { 0 }],
                 bounced: dark,
                 receiver,
             }
@@ -493,7 +488,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Finds which points are places at all, and what is in their neighbours' way.
     fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
         let radius = self.searches.smooth.radius;
-        let densities = self.plan.method != Method::Seed && self.asks_densities();
+        let densities = self.plan.method != Method::Seed && self.plan.counts_photons();
         self.timed("look around", places.len() as u64, |this| {
             // Whether light can arrive is a fact of the scene: all seeds agree on it, so that their results can be merged.
             let reach = Reach::new(this.scene, caster, Seed(0).branch(PURPOSE_REACH));

@@ -98,7 +98,7 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// The first `count` passes of this run.
-    pub(super) fn own_passes(&self, count: u32) -> Passes {
+    fn own_passes(&self, count: u32) -> Passes {
         Passes::of(PassRange { seed: self.settings.seed, first: self.settings.first_pass, count })
     }
 
@@ -523,7 +523,7 @@ impl<const C: usize> Rendering<'_, C> {
     /// What the passes so far say of light that has bounced.
     fn conclude<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
         let passes = self.density_passes();
-        if self.plan.method.sends_rays() && self.plan.photons && self.plan.caustics {
+        if self.plan.method.sends_rays() && self.plan.counts_photons() {
             for place in places.iter_mut() {
                 place.density.fill(Default::default());
                 place.groups.iter_mut().for_each(|groups| groups.density.fill(Sum::ZERO));
@@ -677,8 +677,7 @@ fn watched<'a, const C: usize>(
     places: &mut [Place<C>],
     caster: &RayCaster,
 ) -> Vec<Watched<'a>> {
-    let counted = run.plan.photons && (!run.plan.method.sends_rays() || run.plan.caustics);
-    if !counted || places.iter().all(|place| place.receiver.is_plane()) {
+    if !run.plan.counts_photons() || places.iter().all(|place| place.receiver.is_plane()) {
         return Vec::new();
     }
     let first = places.len() - run.scene.surfaces.len();

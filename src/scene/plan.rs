@@ -207,6 +207,12 @@ impl Plan {
         };
         Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
     }
+
+    /// Whether photons themselves tell light where it is measured, by their density or number: all that is left to passes
+    /// where no rays look for it, else caustics.
+    pub fn counts_photons(&self) -> bool {
+        self.photons && (self.caustics || !self.method.sends_rays())
+    }
 }
 
 /// Photometric files: what each is, how many luminaires shine by it, and their flux, lm.

@@ -32,8 +32,8 @@ impl<const C: usize> Faint<C> {
         self.drawn.is_empty()
     }
 
-    /// An estimate without bias of what the faint luminaires bring to a point, lx, and the luminaire that stands for them;
-    /// `share` (0 … 1, uniform) chooses it. Cost: one shadow ray, where there is a faint one at all.
+    /// An estimate without bias of what the faint luminaires bring to a point, lx, and the rays that took; `share` (0 … 1,
+    /// uniform) chooses the luminaire that stands for them. Cost: one shadow ray, where there is a faint one at all.
     pub fn sample(
         &self,
         point: usize,

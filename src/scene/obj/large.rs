@@ -392,7 +392,7 @@ impl Faces {
             for face in arities.by_ref().take(count) {
                 let (corners, others) = rest.split_at(face.corners as usize);
                 rest = others;
-                super::add_face(corners, vertices, &mut triangles);
+                super::add_face(corners, 0, vertices, &mut triangles);
             }
             counts.push(triangles.len() - before);
         }

@@ -99,22 +99,21 @@ impl Obj {
             corners = rest;
             self.groups.face(*number, self.triangles.len());
             *number += 1;
-            let face: Vec<u32> = face.iter().map(|corner| first + corner).collect();
-            add_face(&face, &self.vertices, &mut self.triangles);
+            add_face(face, first, &self.vertices, &mut self.triangles);
             self.material_of.resize(self.triangles.len(), material);
         }
         Ok(())
     }
 }
 
-/// Adds the triangles of a face.
-fn add_face(corners: &[u32], vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
+/// Adds the triangles of a face whose corners are numbered from the vertex `first` on.
+fn add_face(corners: &[u32], first: u32, vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
     if let &[a, b, c] = corners {
-        triangles.push([a, b, c]);
+        triangles.push([a, b, c].map(|corner| first + corner));
         return;
     }
-    let places: Vec<DVec3> = corners.iter().map(|&corner| vertices[corner as usize]).collect();
-    triangles.extend(polygon::triangles_of(&places).into_iter().map(|triangle| triangle.map(|i| corners[i])));
+    let places: Vec<DVec3> = corners.iter().map(|corner| vertices[(first + corner) as usize]).collect();
+    triangles.extend(polygon::triangles_of(&places).into_iter().map(|triangle| triangle.map(|i| first + corners[i])));
 }
 
 /// What the lines say that aren't geometry.
