@@ -296,7 +296,7 @@ fn a_bad_batch_file_is_one_line() {
     fs::create_dir_all(folder.path("out")).expect("the target folder is writable");
     let held = File::open(folder.path("out")).expect("a folder");
     if held.try_lock().is_ok() {
-        assert!(folder.refused(&RUN).contains("out: found another luxmap batch at work"));
+        assert!(folder.refused(&RUN).contains("out: found another luxmap at work"));
     }
 }
 

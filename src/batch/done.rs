@@ -26,16 +26,18 @@ pub struct Asked {
     passes: Option<u32>,
     error: Option<f64>,
     time: Option<f64>,
+    /// Where large planes are cut.
+    most_cells: usize,
     /// Direct light, indirect light, standard error.
     layers: [bool; 3],
 }
 
 impl Asked {
     /// What makes the states, when to stop, and what to write.
-    pub fn new(recipe: Recipe, settings: &Settings, layers: &ExtraLayers) -> Self {
+    pub fn new(recipe: Recipe, settings: &Settings, most_cells: usize, layers: &ExtraLayers) -> Self {
         let Settings { seed, first_pass, passes, error, time, .. } = *settings;
         let layers = [layers.direct, layers.indirect, layers.standard_error];
-        Self { recipe, seed, first_pass, passes, error, time, layers }
+        Self { recipe, seed, first_pass, passes, error, time, most_cells, layers }
     }
 }
 

@@ -1,18 +1,18 @@
 //! `luxmap batch`: many runs, none twice, whatever comes in between.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::progress::{Bar, interrupted};
 use super::render::{self, Job, layers, stem};
+use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, one_line, print, sentence};
 use crate::batch::done::{Asked, Done};
 use crate::batch::file::{is_batch, parse, plain};
 use crate::batch::{Kind, Options, Run, caught};
 use crate::error::{Error, InputError, Location};
-use crate::render::Keeping;
+use crate::render::{Keeping, checkpoint_files};
 use crate::report::batch::{Figures, Row, Status, in_short, json, text, write};
-use crate::report::{self, file::remove_leftovers};
+use crate::report::{self, Claim};
 
 /// Render many scenes, or one in many ways; the same command again goes on after any interruption.
 ///
@@ -67,14 +67,11 @@ pub(super) struct Arguments {
 const OWN: [&str; 4] = ["output", "checkpoint", "json", "quiet"];
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    // From here on Ctrl-C is heard.
-    drop(Bar::new(true));
+    end_after_pass();
     check_options(&arguments.options)?;
     let (title, runs) = read(&arguments.files)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(&title));
-    report::prepare(&folder)?;
-    let _lock = lock(&folder)?;
-    remove_leftovers(&folder);
+    let _claim = Claim::of(&folder)?;
     let mut rows = Vec::new();
     for (index, run) in runs.iter().enumerate() {
         let row = row(run, &folder, arguments);
@@ -174,19 +171,6 @@ fn check_options(options: &[String]) -> Result<(), Error> {
     }
 }
 
-/// Keeps other batches out of the folder until dropped, also by being killed. Where the system can't, nothing does.
-fn lock(folder: &Path) -> Result<Option<File>, Error> {
-    let Ok(file) = File::open(folder) else { return Ok(None) };
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
-            "{}: found another luxmap batch at work, expected a folder at rest",
-            folder.display()
-        ))),
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
-}
-
 /// Brings a run as far as it goes, and says how far.
 fn row(run: &Run, folder: &Path, arguments: &Arguments) -> Row {
     let options = [run.options.as_slice(), &arguments.options].concat();
@@ -227,22 +211,21 @@ fn attempt(run: &Run, folder: &Path, options: &[String], arguments: &Arguments) 
     forget_peak_memory();
     let job = Job::of(&own)?;
     let layers = layers(&own.layers);
-    let asked = Asked::new(job.recipe(), job.settings(), &layers);
+    let asked = Asked::new(job.recipe(), job.settings(), job.most_cells(), &layers);
     let checkpoint = folder.join("checkpoint");
-    remove_leftovers(folder);
     if let Some(Done { figures, warnings, missed, .. }) = Done::read(folder, &asked) {
         discard(&checkpoint, arguments);
         return Ok(Found { status: Status::DoneBefore, figures, warnings, missed: missed && own.check });
     }
-    report::prepare(folder)?;
+    let _claim = Claim::of(folder)?;
     let keeping = Keeping { checkpoint: Some(&checkpoint), ..Default::default() };
-    let mut status = if checkpoint.exists() { Status::Resumed } else { Status::Done };
+    let mut status = if checkpoint_files(&checkpoint).is_empty() { Status::Done } else { Status::Resumed };
     let mut warnings = Vec::new();
     let results = loop {
         match job.run(own.threads, arguments.quiet, &keeping) {
-            Err(Error::Input(error)) if error.at.file == checkpoint && checkpoint.exists() => {
+            Err(Error::Input(error)) if checkpoint_files(&checkpoint).contains(&error.at.file) => {
                 let aside = folder.join("checkpoint-refused");
-                fs::rename(&checkpoint, &aside).map_err(|source| Error::Write { path: aside.clone(), source })?;
+                fs::rename(&error.at.file, &aside).map_err(|source| Error::Write { path: aside.clone(), source })?;
                 warnings.push(format!("{error}; now {}, and the run began anew", aside.display()));
                 status = Status::Done;
             }
@@ -263,8 +246,10 @@ fn attempt(run: &Run, folder: &Path, options: &[String], arguments: &Arguments) 
 /// Removes the checkpoint of a run that is done, unless it shall be kept.
 fn discard(checkpoint: &Path, arguments: &Arguments) {
     if !arguments.keep_checkpoints {
-        // Most often there is one; where it can't be removed it is in nobody's way.
-        let _ = fs::remove_file(checkpoint);
+        for file in checkpoint_files(checkpoint) {
+            // Where it can't be removed it is in nobody's way.
+            let _ = fs::remove_file(file);
+        }
     }
 }
 

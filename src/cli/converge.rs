@@ -8,7 +8,7 @@ use super::{Outcome, complain, print};
 use crate::convergence::{Common, Study, ladder, reference};
 use crate::error::Error;
 use crate::render::Tree;
-use crate::report::{self, convergence};
+use crate::report::{Claim, convergence};
 use crate::scene::Scene;
 use crate::scene::plan::Method;
 
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     scene.cameras.clear();
     let given = reference::given(&arguments.reference, &scene)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
-    report::prepare(&folder)?;
+    let _claim = Claim::of(&folder)?;
 
     let common = common(arguments, &scene);
     let ladder = ladder(

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Outcome;
-use super::render::{Job, layers, stem, tell};
+use super::render::{Job, layers, stem, write};
 use crate::error::{Error, InputError, Location};
 use crate::render::Keeping;
-use crate::report;
+use crate::report::Claim;
 use crate::state::file::Kept;
 
 /// Put together what runs of one scene with other passes or seeds have found, as if one run had done all passes.
@@ -57,10 +57,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         name.push("-merged");
         Path::new("out").join(name)
     });
-    report::prepare(&folder)?;
+    let _claim = Claim::of(&folder)?;
     let keeping = Keeping { checkpoint: arguments.state.as_deref(), states: &arguments.states, ..Default::default() };
     let Some(results) = job.run(arguments.threads, arguments.quiet, &keeping)? else { return Ok(Outcome::Done) };
-    let written = report::write(&results, &folder, &layers(&arguments.layers))?;
-    tell(&results, &folder, written.len(), arguments.json)?;
-    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
+    write(&results, &folder, &layers(&arguments.layers), arguments.json, arguments.check)
 }

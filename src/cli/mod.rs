@@ -8,6 +8,7 @@ mod office;
 mod plan;
 mod progress;
 mod render;
+mod signals;
 mod trees;
 
 use std::io::{self, Write};
@@ -46,17 +47,18 @@ enum Outcome {
     /// Another process says why not: exit code 2.
     #[cfg(feature = "mpi")]
     Failed,
-    /// Ended by Ctrl-C before all of a batch was done: exit code 130, as a shell would say.
+    /// Ended by a signal before all was done: exit code 130, as a shell would say.
     Interrupted,
 }
 
 /// Runs the command line; exit code 0: done, 1: ran, but a required value was missed or a run of a batch
-/// failed, 130: a batch was interrupted, 2: bad input or use.
+/// failed, 130: interrupted, 2: bad input or use.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return refuse(&error),
     };
+    signals::listen();
     let outcome = match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),

@@ -1,18 +1,11 @@
-//! How far a run has come, on stderr; silent when that is no terminal. Ctrl-C ends the run after the pass in hand.
+//! How far a run has come, on stderr; silent when that is no terminal.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::signals::interrupted;
 use crate::render::Progress;
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Whether Ctrl-C was heard.
-pub(super) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
-}
 
 /// One bar, for the stage in hand.
 pub(super) struct Bar {
@@ -27,15 +20,8 @@ struct State {
 }
 
 impl Bar {
-    /// Takes over Ctrl-C: the first ends the run with what it has, the second ends it at once.
+    /// Nothing to see yet.
     pub(super) fn new(quiet: bool) -> Self {
-        let heard = || {
-            if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        };
-        // A second handler in one process is refused; the first does the same.
-        let _ = ctrlc::set_handler(heard);
         Self { quiet, state: Mutex::new(State { bar: ProgressBar::hidden(), so_far: String::new() }) }
     }
 }

@@ -8,6 +8,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args as _, FromArgMatches as _};
 
 use super::progress::Bar;
+use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, print};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
@@ -15,7 +16,7 @@ use crate::render::launched;
 #[cfg(feature = "mpi")]
 use crate::render::mpi::World;
 use crate::render::{Alone, IMAGE_ERROR, Keeping, MOST_CELLS, Settings, Team, Tree, memory, recipe, render_in_bands};
-use crate::report::{self, ExtraLayers, Results};
+use crate::report::{self, Claim, ExtraLayers, Results};
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
 use crate::state::file::Recipe;
@@ -166,13 +167,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         let found = launched();
         return Err(Error::Usage(format!("found {found} MPI processes, expected a luxmap built with --features mpi")));
     }
-    finish(arguments, prepare(arguments)?, &Alone)
+    end_after_pass();
+    finish(arguments, prepare(arguments, true)?, &Alone)
 }
 
 /// The same, as one of several processes. What ails all is said once.
 #[cfg(feature = "mpi")]
 fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
-    let prepared = prepare(arguments);
+    let prepared = prepare(arguments, world.rank() == 0);
     // A launcher ends all processes as soon as one has failed: what there is to say comes before any leaves.
     match (world.first_failure(prepared.is_err()), prepared) {
         (None, Ok(job)) => {
@@ -193,22 +195,51 @@ fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
     }
 }
 
-/// Reads the scene and makes the folder, so that what is wrong comes first.
-fn prepare(arguments: &Arguments) -> Result<(Job, PathBuf), Error> {
+/// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the folder.
+fn prepare(arguments: &Arguments, leads: bool) -> Result<Prepared, Error> {
     let job = Job::of(arguments)?;
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
-    report::prepare(&folder)?;
-    Ok((job, folder))
+    let claim = leads.then(|| Claim::of(&folder)).transpose()?;
+    Ok(Prepared { job, folder, _claim: claim })
+}
+
+/// What to do, and the folder for what is found.
+struct Prepared {
+    job: Job,
+    folder: PathBuf,
+    _claim: Option<Claim>,
 }
 
 /// Computes, writes and tells.
-fn finish(arguments: &Arguments, (job, folder): (Job, PathBuf), team: &dyn Team) -> Result<Outcome, Error> {
+fn finish(arguments: &Arguments, prepared: Prepared, team: &dyn Team) -> Result<Outcome, Error> {
+    let Prepared { job, folder, .. } = &prepared;
     let keeping = Keeping { checkpoint: arguments.checkpoint.as_deref(), team, ..Default::default() };
     let quiet = arguments.quiet || team.rank() > 0;
     let Some(results) = job.run(arguments.threads, quiet, &keeping)? else { return Ok(Outcome::Done) };
-    let written = report::write(&results, &folder, &layers(&arguments.layers))?;
-    tell(&results, &folder, written.len(), arguments.json)?;
-    Ok(if arguments.check && results.misses_target() { Outcome::Missed } else { Outcome::Done })
+    write(&results, folder, &layers(&arguments.layers), arguments.json, arguments.check)
+}
+
+/// Writes what was found and says so; `check` makes a missed target count.
+pub(super) fn write(
+    results: &Results,
+    folder: &Path,
+    layers: &ExtraLayers,
+    json: bool,
+    check: bool,
+) -> Result<Outcome, Error> {
+    let written = report::write(results, folder, layers)?;
+    if json {
+        print(&report::json::summary(results))?;
+    } else {
+        print(&report::table::table(results))?;
+        print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
+    }
+    results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+    Ok(match check && results.misses_target() {
+        _ if interrupted() => Outcome::Interrupted,
+        true => Outcome::Missed,
+        false => Outcome::Done,
+    })
 }
 
 /// A scene that is read, and how it is to be computed.
@@ -263,6 +294,11 @@ impl Job {
         &self.settings
     }
 
+    /// Cells of a plane that are worked on at once.
+    pub(super) fn most_cells(&self) -> usize {
+        self.most_cells
+    }
+
     /// Computes it; `None` where another process has the results.
     pub(super) fn run(
         &self,
@@ -278,23 +314,18 @@ impl Job {
         let Self { scene, plan, settings, most_cells, .. } = self;
         let results = pool.install(|| render_in_bands(scene, plan, settings, &bar, keeping, *most_cells))?;
         Ok(results.map(|mut results| {
+            if interrupted() {
+                let passes = results.run.passes;
+                results
+                    .run
+                    .warnings
+                    .push(format!("interrupted after pass {passes}: the errors stated are those reached"));
+            }
             results.run.seconds.insert(0, ("load scene", self.load_seconds));
             results.run.total_seconds += self.load_seconds;
             results
         }))
     }
-}
-
-/// Says what was found, and where it is.
-pub(super) fn tell(results: &Results, folder: &Path, files: usize, json: bool) -> Result<(), Error> {
-    if json {
-        print(&report::json::summary(results))?;
-    } else {
-        print(&report::table::table(results))?;
-        print(&format!("wrote {files} files to {}\n", folder.display()))?;
-    }
-    results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(())
 }
 
 /// Keeps the planes and cameras asked for; all where none is named.

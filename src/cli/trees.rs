@@ -9,7 +9,7 @@ use super::render::{named, positive, stem};
 use super::{Outcome, complain, print};
 use crate::error::Error;
 use crate::render::Tree;
-use crate::report::{self, trees as results};
+use crate::report::{Claim, trees as results};
 use crate::scene::Scene;
 use crate::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, built_in_scene};
 
@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let folder = arguments.output.clone().unwrap_or_else(|| {
         Path::new("out").join(arguments.scene.as_ref().map_or_else(|| PathBuf::from("trees"), |scene| stem(scene)))
     });
-    report::prepare(&folder)?;
+    let _claim = Claim::of(&folder)?;
     let pools = Pools::new(usize::from(arguments.threads.unwrap_or(0)))?;
     let bar = Bar::new(arguments.quiet);
 

@@ -33,7 +33,7 @@ impl Office {
     /// Writes `office.obj`, `office.mtl`, `downlight.ies` and, last, `office.toml` into `folder`, which is made if it is
     /// not there. Each file is whole or not there. Memory does not grow with the mesh.
     pub fn write(&self, folder: &Path) -> Result<Written, Error> {
-        report::prepare(folder)?;
+        report::make_folder(folder)?;
         let mut written = Written::default();
         for row in self.rows() {
             let luminaires = row.count[0] * row.count[1];

@@ -69,14 +69,14 @@ pub fn render_in_bands(
         )));
     }
     let (caster, seconds) = start(scene, progress)?;
-    let mut work = Work { scene, plan, settings, progress, keeping, caster: &caster, seconds, parts: 0, all: None };
+    let mut work = Work { scene, plan, settings, progress, keeping, caster: &caster, seconds, all: None };
     let rest = Scene { planes: scene.planes.iter().filter(|plane| !cut(plane)).cloned().collect(), ..scene.clone() };
     if !(rest.planes.is_empty() && rest.sensors.is_empty() && rest.surfaces.is_empty() && rest.cameras.is_empty()) {
-        work.part(&rest, settings)?;
+        work.part(&rest, settings, REST)?;
     }
     let mut maps = Vec::new();
-    for plane in scene.planes.iter().filter(cut) {
-        maps.push(work.plane(plane, most_cells)?);
+    for (index, plane) in scene.planes.iter().enumerate().filter(|(_, plane)| cut(plane)) {
+        maps.push(work.plane(index, plane, most_cells)?);
     }
     let Some(mut results) = work.all else { return Ok(None) };
     let mut whole = std::mem::take(&mut results.maps).into_iter();
@@ -97,6 +97,27 @@ pub fn render_in_bands(
         }
     }
     Ok(Some(results))
+}
+
+/// Name of the part that is not cut.
+const REST: &str = "rest";
+
+/// Each part's state has a file of its own, whose name tells the plane and its rows: other cuts find none of theirs.
+fn part_of(checkpoint: &Path, part: &str) -> PathBuf {
+    let mut name = OsString::from(checkpoint);
+    name.push(format!("-{part}"));
+    name.into()
+}
+
+/// The files that hold a run's state: `checkpoint` itself, or one for each part of a run in bands.
+pub fn checkpoint_files(checkpoint: &Path) -> Vec<PathBuf> {
+    let part_names = |name: &str| name == REST || name.split('-').all(|number| number.parse::<usize>().is_ok());
+    let is_part = |path: &Path| {
+        let (name, whole) = (path.file_name()?.to_str()?, checkpoint.file_name()?.to_str()?);
+        Some(name == whole || part_names(name.strip_prefix(whole)?.strip_prefix('-')?))
+    };
+    let beside = checkpoint.parent().into_iter().flat_map(std::fs::read_dir);
+    beside.flatten().flatten().map(|entry| entry.path()).filter(|path| is_part(path) == Some(true)).collect()
 }
 
 /// Claimed standard error of a map, root mean square, relative to its mean.
@@ -120,18 +141,16 @@ struct Work<'a> {
     caster: &'a RayCaster,
     /// Wall time before the first part.
     seconds: Stages,
-    parts: u32,
     /// Results of all parts, but for the maps of bands.
     all: Option<Results>,
 }
 
 impl Work<'_> {
     /// Computes a part of the scene, and returns the maps of its planes if it is a band.
-    fn part(&mut self, scene: &Scene, settings: &Settings) -> Result<Option<u32>, Error> {
+    fn part(&mut self, scene: &Scene, settings: &Settings, name: &str) -> Result<Option<u32>, Error> {
         let started = Instant::now();
-        let checkpoint = self.keeping.checkpoint.map(|path| self.checkpoint(path));
+        let checkpoint = self.keeping.checkpoint.map(|path| part_of(path, name));
         let keeping = Keeping { checkpoint: checkpoint.as_deref(), states: &[], team: self.keeping.team };
-        self.parts += 1;
         let seconds = std::mem::take(&mut self.seconds);
         let earlier: f64 = seconds.iter().map(|(_, seconds)| seconds).sum();
         let found = render_part(scene, self.plan, settings, self.progress, &keeping, self.caster, seconds)?;
@@ -145,15 +164,13 @@ impl Work<'_> {
         Ok(Some(passes))
     }
 
-    /// Each part has a file of its own.
-    fn checkpoint(&self, path: &Path) -> PathBuf {
-        let mut name = OsString::from(path);
-        name.push(format!("-{}", self.parts));
-        name.into()
-    }
-
     /// The map of a plane that is cut; `None` where another process leads.
-    fn plane(&mut self, plane: &MeasuringPlane, most_cells: usize) -> Result<Option<IlluminanceMap>, Error> {
+    fn plane(
+        &mut self,
+        number: usize,
+        plane: &MeasuringPlane,
+        most_cells: usize,
+    ) -> Result<Option<IlluminanceMap>, Error> {
         let [columns, rows] = plane.cells;
         let own = band_rows(plane, most_cells).unwrap_or(rows);
         let bands: Vec<Band> = (0..rows)
@@ -184,7 +201,7 @@ impl Work<'_> {
                 cameras: Vec::new(),
                 ..self.scene.clone()
             };
-            let Some(passes) = self.part(&scene, &settings)? else { continue };
+            let Some(passes) = self.part(&scene, &settings, &format!("{number}-{low}-{high}"))? else { continue };
             settings = Settings { passes: Some(passes), error: None, time: None, ..settings };
             let map = self.all.as_mut().and_then(|all| all.maps.pop());
             found[index] = map.map(|map| map.with_rows(bands[index].rows.map(|row| row - low)));

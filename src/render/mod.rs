@@ -39,7 +39,7 @@ use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{PlaneKind, Scene};
 use crate::state::Passes;
-pub use bands::{MOST_CELLS, render_in_bands};
+pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
 pub use team::{Alone, Team, launched};
 

@@ -12,7 +12,7 @@ use crate::convergence::{Point, Seconds, Study, Trial, curves};
 use crate::error::Error;
 use crate::report::number::{count, duration, round_to};
 use crate::report::table::columns;
-use crate::report::{file, invalid, prepare};
+use crate::report::{file, invalid, make_folder};
 pub use page::page;
 
 /// Columns of `convergence.csv`: one line for each run and plane; errors are in % of the reference's mean.
@@ -48,7 +48,7 @@ const COLUMNS: [&str; 23] = [
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a figure isn't finite.
 pub fn write(study: &Study, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    prepare(folder)?;
+    make_folder(folder)?;
     let paths = ["convergence.csv", "report.html"].map(|name| folder.join(name));
     file::write_whole(&paths[0], &mut |out| write_csv(study, out))?;
     file::write_whole(&paths[1], &mut |out| out.write_all(page(study).as_bytes()))?;

@@ -1,10 +1,11 @@
 //! Files that are whole or not there, under names that stay in their folder.
 
 use std::collections::HashSet;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::Error;
 
@@ -66,14 +67,73 @@ pub(crate) fn write_whole(path: &Path, content: &mut dyn FnMut(&mut Writer) -> i
     attempt().map_err(|source| Error::Write { path: path.to_owned(), source })
 }
 
-/// Makes and removes a file in `folder`.
-pub(crate) fn check_writable(folder: &Path) -> io::Result<()> {
-    Temporary::beside(&folder.join("check")).map(|_| ())
+/// A folder that one command has for itself, until this is dropped or the process ends in whatever way.
+#[must_use = "the folder is free as soon as this is dropped"]
+pub struct Claim {
+    _locked: Option<File>,
+}
+
+impl Claim {
+    /// Makes `folder` where it's missing, keeps other commands out of it, and checks that files can be made in it, so that a
+    /// long run doesn't end in an error that could have come first. Where the system can't lock folders, nothing does.
+    pub fn of(folder: &Path) -> Result<Self, Error> {
+        let refused = |source| Error::Write { path: folder.to_owned(), source };
+        std::fs::create_dir_all(folder).map_err(refused)?;
+        let locked = File::open(folder).ok();
+        if let Some(Err(TryLockError::WouldBlock)) = locked.as_ref().map(File::try_lock) {
+            return Err(Error::Usage(format!(
+                "{}: found another luxmap at work, expected a folder at rest; wait, or choose another with --output",
+                folder.display()
+            )));
+        }
+        remove_leftovers(folder);
+        Temporary::beside(&folder.join("check")).map_err(refused)?;
+        Ok(Self { _locked: locked })
+    }
+}
+
+/// Temporary files under way.
+static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn under_way() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all files that are not whole yet: the process ends. What other threads begin from now on they wait for.
+pub(crate) fn remove_temporaries() {
+    let paths = under_way();
+    paths.iter().for_each(|path| remove(path));
+    std::mem::forget(paths);
+}
+
+/// Writes files that belong together: `write` puts them into a folder of its own inside `folder` and returns their paths;
+/// only when all are whole they get their places in `folder`. On an error none does, and what was there stays.
+pub(crate) fn write_together(
+    folder: &Path,
+    write: &mut dyn FnMut(&Path) -> Result<Vec<PathBuf>, Error>,
+) -> Result<Vec<PathBuf>, Error> {
+    let at_home = |path: &Path| path.file_name().map_or_else(|| folder.to_owned(), |name| folder.join(name));
+    let stage = Temporary::folder(folder).map_err(|source| Error::Write { path: folder.to_owned(), source })?;
+    let written = write(&stage.path).map_err(|error| match error {
+        Error::Write { path, source } => Error::Write { path: at_home(&path), source },
+        other => other,
+    })?;
+    if let Some(home) = written.iter().map(|path| at_home(path)).find(|home| home.is_dir()) {
+        return Err(Error::Write { path: home, source: io::ErrorKind::IsADirectory.into() });
+    }
+    let place = |path: PathBuf| {
+        let home = at_home(&path);
+        match std::fs::rename(path, &home) {
+            Ok(()) => Ok(home),
+            Err(source) => Err(Error::Write { path: home, source }),
+        }
+    };
+    written.into_iter().map(place).collect()
 }
 
 /// Removes what processes that were killed have left in `folder` on their way to a whole file. Where the system doesn't say
 /// which processes live, nothing is removed.
-pub(crate) fn remove_leftovers(folder: &Path) {
+fn remove_leftovers(folder: &Path) {
     let processes = Path::new("/proc");
     if !processes.join("self").exists() {
         return;
@@ -85,13 +145,19 @@ pub(crate) fn remove_leftovers(folder: &Path) {
     };
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().and_then(is_left) == Some(true) {
-            // What can't be removed is in nobody's way.
-            let _ = std::fs::remove_file(entry.path());
+            remove(&entry.path());
         }
     }
 }
 
-/// A file that is removed unless it gets its final name.
+/// Removes a temporary file or folder. What can't be removed is in nobody's way.
+fn remove(path: &Path) {
+    if std::fs::remove_file(path).is_err() {
+        let _ = std::fs::remove_dir_all(path);
+    }
+}
+
+/// A file, or a folder, that is removed unless it gets its final name.
 struct Temporary {
     path: PathBuf,
     renamed: bool,
@@ -100,19 +166,35 @@ struct Temporary {
 impl Temporary {
     /// A new file in the folder of `path`.
     fn beside(path: &Path) -> io::Result<(Self, File)> {
+        Self::make(path, &|path| OpenOptions::new().write(true).create_new(true).open(path))
+    }
+
+    /// A new folder in `parent`.
+    fn folder(parent: &Path) -> io::Result<Self> {
+        Ok(Self::make(&parent.join("folder"), &|path| std::fs::create_dir(path))?.0)
+    }
+
+    /// What `make` makes under the first name that is free.
+    fn make<T>(path: &Path, make: &dyn Fn(&Path) -> io::Result<T>) -> io::Result<(Self, T)> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             let temporary = path.with_file_name(format!(".luxmap-{}-{number}.tmp", std::process::id()));
-            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+            let mut under_way = under_way();
+            match make(&temporary) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                file => return Ok((Self { path: temporary, renamed: false }, file?)),
+                made => {
+                    let made = made?;
+                    under_way.push(temporary.clone());
+                    return Ok((Self { path: temporary, renamed: false }, made));
+                }
             }
         }
     }
 
     /// Gives the file its name, replacing an older one.
     fn rename(mut self, path: &Path) -> io::Result<()> {
+        let _kept = under_way();
         std::fs::rename(&self.path, path)?;
         self.renamed = true;
         Ok(())
@@ -122,9 +204,9 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.renamed {
-            // The error that led here is the one to report.
-            let _ = std::fs::remove_file(&self.path);
+            remove(&self.path);
         }
+        under_way().retain(|path| *path != self.path);
     }
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{file, png, prepare};
+use super::{file, make_folder, png};
 use crate::error::Error;
 use crate::luminaire::intensity::Intensity;
 use crate::luminaire::photometry::{Kind, Lamps, LuminousOpening, Photometry, Shape, Symmetry};
@@ -379,7 +379,7 @@ pub fn json(path: &Path, photometry: &Photometry, figures: &Figures) -> String {
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written.
 pub fn write(path: &Path, photometry: &Photometry, figures: &Figures, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    prepare(folder)?;
+    make_folder(folder)?;
     let diagram = png::polar::diagram(photometry, figures);
     let mut written = Vec::new();
     let mut save = |name: &str, content: &[u8]| {

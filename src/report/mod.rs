@@ -34,7 +34,7 @@ use crate::scene::Measure;
 use crate::units::Lumens;
 pub use areas::AreaFigures;
 pub use exr::ExtraLayers;
-pub use file::{stems, stems_with_cameras};
+pub use file::{Claim, stems, stems_with_cameras};
 pub use image::{CameraImage, Layer};
 pub use statistics::{Statistics, statistics};
 pub use surface::SurfaceMap;
@@ -195,14 +195,9 @@ pub struct FluxBalance {
     pub cut_off: Lumens,
 }
 
-/// Makes `folder` where it's missing and checks that files can be made in it, so that a long run doesn't end in an error
-/// that could have come first.
-pub fn prepare(folder: &Path) -> Result<(), Error> {
-    let check = || {
-        std::fs::create_dir_all(folder)?;
-        file::check_writable(folder)
-    };
-    check().map_err(|source| Error::Write { path: folder.to_owned(), source })
+/// Makes `folder` where it's missing.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_owned(), source })
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
@@ -210,13 +205,17 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
 /// colours) for each camera, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart,
 /// `summary.json` and `report.html`.
 ///
-/// Each file is written under a temporary name and then renamed, so that a file under its own name is whole. Returns the
-/// paths in the order they were written. Planes, surfaces and cameras get their file names from [`stems_with_cameras`].
+/// All are written elsewhere first and then renamed, so that a file under its own name is whole, and on an error those of an
+/// earlier run stay as they are. Returns the paths in the order they were written. Planes, surfaces and cameras get their file names from [`stems_with_cameras`].
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.
 pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
-    prepare(folder)?;
+    make_folder(folder)?;
+    file::write_together(folder, &mut |folder| write_into(results, folder, layers))
+}
+
+fn write_into(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
     let planes = results.maps.iter().map(|map| map.name.as_str());
     let names: Vec<_> = planes.chain(results.surfaces.iter().map(|map| map.name.as_str())).collect();
     let views: Vec<_> = results.images.iter().map(|image| image.name.as_str()).collect();

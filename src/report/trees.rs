@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::render::Tree;
 use crate::report::number::{count, round_to};
 use crate::report::table::columns;
-use crate::report::{file, npy, prepare};
+use crate::report::{file, make_folder, npy};
 use crate::trees::{Call, Case, Comparison, Doubling, Entry, Sample, TREES};
 pub use page::page;
 
@@ -38,7 +38,7 @@ const FIGURE_COLUMNS: [&str; 10] =
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written.
 pub fn write(comparison: &Comparison, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    prepare(folder)?;
+    make_folder(folder)?;
     let mut written = vec![folder.join("trees.csv"), folder.join("trees.html")];
     file::write_whole(&written[0], &mut |out| write_csv(&comparison.cases, out))?;
     file::write_whole(&written[1], &mut |out| out.write_all(page(comparison).as_bytes()))?;
