@@ -19,6 +19,7 @@
 pub mod batch;
 pub mod cli;
 pub mod convergence;
+pub mod dimming;
 pub mod embree;
 pub mod error;
 pub mod gather;

@@ -78,6 +78,7 @@ mod tests {
             opening: Opening::Point { position: DVec3::ZERO, aim: DVec3::NEG_Z },
             distribution: Distribution::Isotropic,
             body: Vec::new(),
+            supply: Default::default(),
         };
         let luminaires: Vec<Luminaire> = ["row 1", "wall", "row 1", "row 2", "wall"].iter().map(luminaire).collect();
         let groups = LightGroups::of(&luminaires);

@@ -7,6 +7,7 @@ pub(crate) mod frame;
 pub mod groups;
 pub mod intensity;
 pub mod photometry;
+mod supply;
 pub mod web;
 
 use std::f64::consts::PI;
@@ -17,6 +18,7 @@ use self::body::Body;
 use self::web::Measured;
 use crate::units::Lumens;
 pub use groups::LightGroups;
+pub use supply::Supply;
 
 /// A luminaire, or a material of the mesh that emits.
 #[derive(Clone, Debug)]
@@ -35,6 +37,8 @@ pub struct Luminaire {
     pub distribution: Distribution,
     /// Triangles of the scene's mesh that stand for the opening; none for a point.
     pub body: Vec<u32>,
+    /// What it draws, and how far it dims.
+    pub supply: Supply,
 }
 
 /// The luminous opening, local coordinates, m. Light leaves the front only; where the distribution is measured, it leaves flat

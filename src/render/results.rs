@@ -6,6 +6,7 @@ use super::{Place, Rendering};
 use crate::embree::RELATIVE_OFFSET;
 use crate::gather::density::Estimate;
 use crate::gather::direct::DirectLight;
+use crate::gather::receiver::MIDDLE_SHARE;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
@@ -117,6 +118,7 @@ impl<const C: usize> Rendering<'_, C> {
             .map(|(sensor, place, point)| (sensor, self.reading(sensor, place, point)))
             .collect();
         readings.sort_by_key(|(sensor, _)| *sensor);
+        let readings = readings.chunk_by(|(a, _), (b, _)| a == b).map(mean_over_disc).collect();
         let lumens = |channels| Lumens(photometric(channels));
         let run = Run {
             scene: scene.name.clone(),
@@ -149,7 +151,7 @@ impl<const C: usize> Rendering<'_, C> {
             maintenance_factor: scene.maintenance_factor,
             warnings: self.warnings.clone(),
         };
-        Results { run, maps, sensors: readings.into_iter().map(|(_, reading)| reading).collect(), surfaces, images }
+        Results { run, maps, sensors: readings, surfaces, images }
     }
 
     /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
@@ -209,6 +211,32 @@ impl<const C: usize> Rendering<'_, C> {
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
+}
+
+/// What a sensor reads: at its one point, or the mean of those of its disc that have a value, the middle first. Their errors
+/// are taken as one: points so near each other share photons and shadows.
+fn mean_over_disc(points: &[(usize, SensorReading)]) -> SensorReading {
+    let mut mean = points[0].1.clone();
+    if points.len() == 1 {
+        return mean;
+    }
+    let rest = (1.0 - MIDDLE_SHARE) / (points.len() - 1) as f64;
+    let weighted =
+        points.iter().enumerate().map(|(point, (_, reading))| (if point == 0 { MIDDLE_SHARE } else { rest }, reading));
+    let weighted: Vec<(f64, &SensorReading)> = weighted.filter(|(_, reading)| reading.has_value).collect();
+    let total: f64 = weighted.iter().map(|(weight, _)| weight).sum();
+    let of = |value: &dyn Fn(&SensorReading) -> f64| -> f64 {
+        weighted.iter().map(|(weight, reading)| weight / total * value(reading)).sum()
+    };
+    mean.has_value = !weighted.is_empty();
+    mean.illuminance = of(&|reading| reading.illuminance);
+    mean.standard_error = of(&|reading| reading.standard_error);
+    mean.rgb = mean.rgb.map(|_| std::array::from_fn(|c| of(&|reading| reading.rgb.map_or(0.0, |rgb| rgb[c]))));
+    for (number, group) in mean.groups.iter_mut().enumerate() {
+        group.illuminance = of(&|reading| reading.groups[number].illuminance);
+        group.standard_error = of(&|reading| reading.groups[number].standard_error);
+    }
+    mean
 }
 
 /// Direct light and what has bounced, of one point together.

@@ -14,7 +14,7 @@ pub mod html;
 pub mod image;
 pub mod json;
 pub mod luminaire;
-mod npy;
+pub(crate) mod npy;
 pub(crate) mod number;
 mod plot;
 pub mod png;

@@ -23,11 +23,12 @@ use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
+use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
 use crate::luminaire::body::Solid;
 use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
 use crate::luminaire::web::Web;
-use crate::luminaire::{Distribution, Luminaire, Opening, colour};
+use crate::luminaire::{Distribution, Luminaire, Opening, Supply, colour};
 use crate::units::{self, Lumens};
 
 /// Largest files read, bytes.
@@ -43,11 +44,63 @@ impl Scene {
     /// Reads a scene file (TOML) and the meshes it names, checks them, and moves everything to the middle of its
     /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was expected.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        Ok(load(path)?)
+        Self::load_dimmed(path, &Dimming::AsWritten)
+    }
+
+    /// The same with luminaires dimmed otherwise than the file has them.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; also where a level is given to a luminaire that the scene doesn't have.
+    pub fn load_dimmed(path: &Path, dimming: &Dimming) -> Result<Self, Error> {
+        Ok(load(path, dimming)?)
     }
 }
 
-fn load(path: &Path) -> Result<Scene, InputError> {
+/// At which levels luminaires are.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Dimming {
+    /// As the scene file has them.
+    #[default]
+    AsWritten,
+    /// All at full output.
+    Full,
+    /// At these; those not named as the scene file has them.
+    Levels(Levels),
+}
+
+impl Dimming {
+    /// The level of a luminaire that the file has at `written`.
+    pub(crate) fn level(&self, name: &str, written: f64) -> f64 {
+        match self {
+            Self::AsWritten => written,
+            Self::Full => 1.0,
+            Self::Levels(levels) => levels.of.get(name).copied().unwrap_or(written),
+        }
+    }
+
+    /// What becomes part of the scene's hash: levels that the file doesn't hold.
+    fn words(&self) -> String {
+        match self {
+            Self::AsWritten => String::new(),
+            Self::Full => "full".to_owned(),
+            Self::Levels(levels) => format!("{:?}", levels.of),
+        }
+    }
+
+    /// Refuses levels of luminaires that are not there.
+    fn check(&self, known: &BTreeSet<&str>) -> Result<(), InputError> {
+        let Self::Levels(levels) = self else { return Ok(()) };
+        let Some(stranger) = levels.of.keys().find(|name| !known.contains(name.as_str())) else { return Ok(()) };
+        let expected = format!("one of {}", listed(known.iter().copied()));
+        let error = InputError::new(levels.place(stranger), format!("luminaire {}", quoted(stranger)), expected);
+        Err(match closest(stranger, known.iter().copied()) {
+            Some(near) => error.hint(format!("did you mean {}?", quoted(near))),
+            None => error,
+        })
+    }
+}
+
+fn load(path: &Path, dimming: &Dimming) -> Result<Scene, InputError> {
     let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
     let bytes = reader
         .read(path, LARGEST_SCENE)
@@ -60,7 +113,7 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     let file = SceneFile::parse(path, &text)?;
     let meshes = reader.meshes(path, &file)?;
     let lamps = reader.lamps(path, &file)?;
-    let fixtures = fixture::spread(&file.luminaires, &lamps)?;
+    let fixtures = fixture::spread(&file.luminaires, &lamps, dimming)?;
 
     let mesh_bounds = meshes.iter().map(|mesh| Bounds::around_all(&mesh.vertices)).fold(None, Bounds::joined);
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
@@ -80,15 +133,19 @@ fn load(path: &Path) -> Result<Scene, InputError> {
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
         let body = parts.add_body(&fixture);
-        if fixture.lamp.flux > 0.0 {
+        if fixture.lamp.flux * fixture.level > 0.0 {
             parts.luminaires.push(fixture.luminaire(body));
         }
     }
     let fixtures_shine = parts.luminaires.len();
     parts.add_emitters(emitters);
+    let shining = parts.luminaires.iter().map(|luminaire| luminaire.name.as_str());
+    dimming.check(&shining.chain(fixtures.iter().map(|fixture| fixture.name.as_str())).collect())?;
     for luminaire in &mut parts.luminaires[fixtures_shine..] {
-        luminaire.flux.0 *= file.maintenance.unwrap_or(1.0);
+        luminaire.supply.level = dimming.level(&luminaire.name, 1.0);
+        luminaire.flux.0 *= file.maintenance.unwrap_or(1.0) * luminaire.supply.level;
     }
+    parts.luminaires.retain(|luminaire| luminaire.flux.0 > 0.0);
     let maintenance_factor = maintenance(&file, &fixtures, parts.luminaires.len() > fixtures_shine);
     if parts.luminaires.is_empty() {
         let found = if file.luminaires.is_empty() { "nothing that shines" } else { "every luminaire dimmed to 0" };
@@ -102,6 +159,7 @@ fn load(path: &Path) -> Result<Scene, InputError> {
 
     let surfaces = file.surfaces.iter().zip(&parts.chosen);
     let surfaces = surfaces.map(|(section, chosen)| section.measured(chosen, &parts.mesh)).collect::<Result<_, _>>()?;
+    reader.hash.update(dimming.words());
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut scene = Scene {
         name: file.name.unwrap_or(stem),
@@ -127,7 +185,7 @@ fn load(path: &Path) -> Result<Scene, InputError> {
 
 /// Smallest and largest maintenance factor of what shines, if any is given.
 fn maintenance(file: &SceneFile, fixtures: &[Fixture], meshes_shine: bool) -> Option<[f64; 2]> {
-    let own = fixtures.iter().map(|fixture| fixture.section).filter(|section| section.dimming > 0.0);
+    let own = fixtures.iter().filter(|fixture| fixture.level > 0.0).map(|fixture| fixture.section);
     let given = file.maintenance.is_some() || own.clone().any(|section| section.maintenance.is_some());
     let common = file.maintenance.unwrap_or(1.0);
     let all = own.map(|section| section.maintenance.unwrap_or(common)).chain(meshes_shine.then_some(common));
@@ -267,7 +325,7 @@ impl Reader {
                 }
             };
             let maintained = section.maintenance.or(file.maintenance).unwrap_or(1.0);
-            let flux = section.flux.unwrap_or(flux) * section.dimming * maintained;
+            let flux = section.flux.unwrap_or(flux) * maintained;
             Ok(Lamp { shape: section.shape.unwrap_or(shape), spread, flux })
         };
         file.luminaires.iter().map(&mut lamp).collect()
@@ -619,6 +677,7 @@ impl Emitter {
             opening: Opening::Triangles(self.triangles),
             distribution: Distribution::Lambertian,
             body: self.numbers,
+            supply: Supply::default(),
         }
     }
 }

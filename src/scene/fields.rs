@@ -251,6 +251,25 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// Pairs of finite numbers, each one such that `accept` holds; nothing where the key holds something other than a list.
+    pub(crate) fn pairs(
+        &self,
+        key: &str,
+        expected: &str,
+        accept: impl Fn(f64) -> bool,
+    ) -> Result<Option<Placed<Vec<[f64; 2]>>>, InputError> {
+        let Some((_, value)) = self.get(key) else { return Ok(None) };
+        let Some(items) = list(value.get_ref()) else { return Ok(None) };
+        let pair = |item: &DeValue| {
+            let numbers: Vec<f64> = list(item)?.into_iter().map(number).collect::<Option<_>>()?;
+            <[f64; 2]>::try_from(numbers).ok().filter(|pair| pair.iter().all(|&n| n.is_finite() && accept(n)))
+        };
+        match items.into_iter().map(pair).collect() {
+            Some(pairs) => Ok(Some(self.placed(value, pairs))),
+            None => Err(self.refuse(key, value, expected)),
+        }
+    }
+
     /// A place or a length in space, m.
     pub(crate) fn metres(&self, key: &str) -> Result<Option<Placed<DVec3>>, InputError> {
         let vector = self.numbers(key, "[x, y, z] in metres, each within ±1e9", |n| n.abs() <= FARTHEST)?;

@@ -8,13 +8,13 @@ use toml::de::DeTable;
 use super::areas::areas;
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
 use super::material::{Dielectric, Sides};
-use super::measure::measure;
+use super::measure::{Measure, measure};
 use super::measured::{self, SurfaceSection};
 use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
 use crate::luminaire::body::Solid;
-use crate::luminaire::colour;
+use crate::luminaire::{Supply, colour};
 
 /// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -81,8 +81,8 @@ pub(crate) struct LuminaireSection {
     pub(crate) spread: Spread,
     /// Undimmed and new, lm, where the section says it.
     pub(crate) flux: Option<f64>,
-    /// 0 where it is switched off.
-    pub(crate) dimming: f64,
+    /// Level as the file has it, 0 where it is switched off; and what it draws.
+    pub(crate) supply: Supply,
     /// Maintenance factor; the scene's where the section gives none.
     pub(crate) maintenance: Option<f64>,
     pub(crate) colour: [f64; 3],
@@ -122,6 +122,8 @@ pub(crate) struct Array {
 
 /// Most cells of one measuring plane, and pixels of a camera: 200 MB for each f64 kept of a cell.
 const MOST_CELLS: u64 = 25_000_000;
+/// Most sensors of a scene.
+const MOST_SENSORS: u64 = 1_000_000;
 /// Most luminaires of a scene.
 pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
 
@@ -241,7 +243,7 @@ fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
 }
 
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
-    const KNOWN: [&str; 13] = [
+    const KNOWN: [&str; 16] = [
         "name",
         "position",
         "aim",
@@ -255,6 +257,9 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         "group",
         "array",
         "maintenance_factor",
+        "dimming_min",
+        "power",
+        "standby",
     ];
     let fields = Fields::new(source, "[[luminaire]]", at, table, &KNOWN)?;
     let shape = shape(&fields)?;
@@ -265,7 +270,6 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
     if flux.is_none() && !matches!(spread, Spread::File(_)) {
         return Err(fields.missing("flux", "3000 (lm)"));
     }
-    let dimming = fields.number("dimming", "a number from 0 (off) to 1", |n| (0.0..=1.0).contains(&n))?;
     Ok(LuminaireSection {
         name: fields.name("name")?.ok_or_else(|| fields.missing("name", "\"L\""))?,
         position: fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value,
@@ -276,12 +280,59 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         shape,
         spread,
         flux: flux.map(|n| n.value),
-        dimming: dimming.map_or(1.0, |n| n.value),
+        supply: supply(&fields)?,
         maintenance: maintenance_factor(&fields)?,
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
         array: array(&fields)?,
     })
+}
+
+/// How far a luminaire dims, and what it draws.
+fn supply(fields: &Fields) -> Result<Supply, InputError> {
+    let level = fields.number("dimming", "a number from 0 (off) to 1", |n| (0.0..=1.0).contains(&n))?;
+    let least =
+        fields.number("dimming_min", "the lowest level above off, from 0 to below 1", |n| (0.0..1.0).contains(&n))?;
+    let off = fields.number("standby", "a number from 0 up, W when off", |n| (0.0..=1e9).contains(&n))?;
+    let watts = "the power at full output, W, or [level, W] pairs with levels ascending to 1, as [[0.1, 5], [1, 30]]";
+    let power = match fields.pairs("power", watts, |n| (0.0..=1e9).contains(&n))? {
+        Some(points) => {
+            let levels = || points.value.iter().map(|[level, _]| *level);
+            let ascending = levels().zip(levels().skip(1)).all(|(lower, upper)| lower < upper);
+            if points.value.len() < 2 || !ascending || levels().next_back() != Some(1.0) {
+                return Err(fields.refusal("power", watts));
+            }
+            Some(points.value)
+        }
+        None => {
+            fields.number("power", watts, |n| (0.0..=1e9).contains(&n))?.map(|full| vec![[0.0, 0.0], [1.0, full.value]])
+        }
+    };
+    let first = power.as_ref().map_or(0.0, |points| points[0][0]);
+    let least = match least {
+        Some(least) if least.value < first => {
+            let error =
+                fields.refusal("dimming_min", format!("at least {first}, the first level that power is given for"));
+            return Err(error);
+        }
+        Some(least) => least.value,
+        None => first,
+    };
+    if let (Some(off), None) = (&off, &power) {
+        return Err(InputError::new(
+            off.at.clone(),
+            "standby without power",
+            "power too: what it draws at full output, W",
+        ));
+    }
+    let whole = Supply { level: 1.0, least, off: off.map_or(0.0, |n| n.value), power };
+    // What is drawn below the lowest level is never drawn.
+    let power = whole.power.as_ref().map(|points| {
+        let start = whole.power_at(least).filter(|_| least > 0.0).unwrap_or(points[0][1]);
+        let above = points.iter().filter(|[level, _]| *level > least);
+        std::iter::once([least, start]).chain(above.copied()).collect()
+    });
+    Ok(Supply { level: level.map_or(1.0, |n| n.value), power, ..whole })
 }
 
 /// The form of the luminous opening.
@@ -485,20 +536,58 @@ fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<S
     let mut sensors = Vec::with_capacity(sections.len());
     let mut names = Names::new("sensor");
     for (at, table) in sections {
-        const KNOWN: [&str; 6] = ["name", "position", "normal", "measure", "facing", "target"];
+        const KNOWN: [&str; 10] =
+            ["name", "position", "normal", "measure", "facing", "target", "tolerance", "daylight", "disc", "array"];
         let fields = Fields::new(source, "[[sensor]]", at, table, &KNOWN)?;
         let name = names.take(&fields)?;
         let position = fields.metres("position")?.ok_or_else(|| fields.missing("position", "[x, y, z] (m)"))?.value;
         let (measure, normal) = measure(&fields)?;
-        sensors.push(Sensor {
+        let lux = |key: &str, what: &str| {
+            let lux = fields.number(key, &format!("{what}, lx"), |n| (0.0..=1e12).contains(&n))?;
+            Ok::<_, InputError>(lux.map(|lux| lux.value))
+        };
+        let disc = fields.number("disc", "a diameter above 0, up to 1e6 m", |n| n > 0.0 && n <= 1e6)?;
+        if disc.is_some() && measure != Measure::Plane {
+            return Err(fields.refusal("disc", "disc beside measure = \"plane\" only"));
+        }
+        let sensor = Sensor {
             name,
             position,
             normal,
             measure,
-            target: fields.number("target", "a number from 0 up, lx", |n| n >= 0.0)?.map(|n| n.value),
-        });
+            disc: disc.map(|disc| disc.value),
+            target: lux("target", "a number from 0 up")?,
+            tolerance: lux("tolerance", "a number from 0 up, above the target")?,
+            daylight: lux("daylight", "a number from 0 up, beside the luminaires' light")?.unwrap_or(0.0),
+        };
+        if sensor.tolerance.is_some() && sensor.target.is_none() {
+            return Err(fields.refusal("tolerance", "tolerance beside target only"));
+        }
+        spread_out(sensor, &fields, &mut names, &mut sensors)?;
     }
     Ok(sensors)
+}
+
+/// A sensor, or all of its array: rows along world x and y.
+fn spread_out(sensor: Sensor, fields: &Fields, names: &mut Names, sensors: &mut Vec<Sensor>) -> Result<(), InputError> {
+    let Some(Array { count, pitch, .. }) = array(fields)? else {
+        sensors.push(sensor);
+        return Ok(());
+    };
+    if sensors.len() as u64 + count[0] * count[1] > MOST_SENSORS {
+        return Err(fields.refusal("array", format!("at most {MOST_SENSORS} sensors in all")));
+    }
+    for (row, column) in (0..count[1]).flat_map(|row| (0..count[0]).map(move |column| (row, column))) {
+        let name = format!("{}[{},{}]", sensor.name, column + 1, row + 1);
+        let position = sensor.position + DVec3::new(column as f64 * pitch[0], row as f64 * pitch[1], 0.0);
+        if position.abs().max_element() > FARTHEST {
+            return Err(fields.refusal("array", "an array within 1e9 m of the origin"));
+        }
+        let at = fields.name("name")?.map_or_else(|| Location::file(Path::new("")), |name| name.at);
+        let name = names.add(Placed { value: name, at })?;
+        sensors.push(Sensor { name, position, ..sensor.clone() });
+    }
+    Ok(())
 }
 
 /// The names given so far to things of one kind, each with its place.
@@ -515,6 +604,10 @@ impl Names {
     /// The name of a section, which no other may have.
     fn take(&mut self, fields: &Fields) -> Result<String, InputError> {
         let name = fields.name("name")?.ok_or_else(|| fields.missing("name", &format!("\"{} 1\"", self.kind)))?;
+        self.add(name)
+    }
+
+    fn add(&mut self, name: Placed<String>) -> Result<String, InputError> {
         match self.taken.insert(name.value.clone(), name.at.clone()) {
             Some(first) => Err(duplicate(self.kind, &name, &first)),
             None => Ok(name.value),

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::Dimming;
 use super::fields::{FARTHEST, Placed};
 use super::file::{LuminaireSection, MOST_LUMINAIRES, Shape, duplicate};
 use crate::error::{InputError, Location};
 use crate::luminaire::body::Body;
 use crate::luminaire::web::{Measured, Web};
-use crate::luminaire::{Distribution, Luminaire, Opening, frame};
+use crate::luminaire::{Distribution, Luminaire, Opening, Supply, frame};
 use crate::units::Lumens;
 
 /// Corners of the polygon that stands for a disc. Its corners lie outside of the disc (by 0.08 % of the radius) so that
@@ -22,7 +23,7 @@ const DISC_CORNERS: u32 = 64;
 pub(crate) struct Lamp {
     pub(crate) shape: Shape,
     pub(crate) spread: LampSpread,
-    /// As dimmed, lm; 0 where it is switched off.
+    /// At full output, maintained, lm.
     pub(crate) flux: f64,
 }
 
@@ -38,12 +39,18 @@ pub(crate) struct Fixture<'a> {
     pub(crate) section: &'a LuminaireSection,
     pub(crate) lamp: &'a Lamp,
     pub(crate) name: String,
+    /// Dimming level, 0 … 1.
+    pub(crate) level: f64,
     /// Middle of the opening, m.
     position: DVec3,
 }
 
 /// Every luminaire of the file, arrays row by row: along x first.
-pub(crate) fn spread<'a>(sections: &'a [LuminaireSection], lamps: &'a [Lamp]) -> Result<Vec<Fixture<'a>>, InputError> {
+pub(crate) fn spread<'a>(
+    sections: &'a [LuminaireSection],
+    lamps: &'a [Lamp],
+    dimming: &Dimming,
+) -> Result<Vec<Fixture<'a>>, InputError> {
     let mut fixtures = Vec::new();
     let mut taken: HashMap<String, Location> = HashMap::new();
     for (section, lamp) in sections.iter().zip(lamps) {
@@ -54,7 +61,8 @@ pub(crate) fn spread<'a>(sections: &'a [LuminaireSection], lamps: &'a [Lamp]) ->
         }
         for row in 0..count[1] {
             for column in 0..count[0] {
-                let fixture = member(section, lamp, column, row)?;
+                let mut fixture = member(section, lamp, column, row)?;
+                fixture.level = dimming.level(&fixture.name, fixture.level);
                 let name = Placed { value: fixture.name.clone(), at: section.name.at.clone() };
                 if let Some(first) = taken.insert(fixture.name.clone(), section.name.at.clone()) {
                     return Err(duplicate("luminaire", &name, &first));
@@ -68,15 +76,17 @@ pub(crate) fn spread<'a>(sections: &'a [LuminaireSection], lamps: &'a [Lamp]) ->
 
 /// The member of a luminaire's array in `column` and `row`, or the luminaire itself.
 fn member<'a>(section: &'a LuminaireSection, lamp: &'a Lamp, column: u64, row: u64) -> Result<Fixture<'a>, InputError> {
-    let name = section.name.value.clone();
-    let Some(array) = &section.array else { return Ok(Fixture { section, lamp, name, position: section.position }) };
+    let (name, level) = (section.name.value.clone(), section.supply.level);
+    let Some(array) = &section.array else {
+        return Ok(Fixture { section, lamp, name, level, position: section.position });
+    };
     let position = section.position + DVec3::new(column as f64 * array.pitch[0], row as f64 * array.pitch[1], 0.0);
     let name = format!("{name}[{},{}]", column + 1, row + 1);
     if position.abs().max_element() > FARTHEST {
         let found = format!("luminaire {name} farther out than 1e9 m");
         return Err(InputError::new(array.at.clone(), found, "an array within 1e9 m of the origin"));
     }
-    Ok(Fixture { section, lamp, name, position })
+    Ok(Fixture { section, lamp, name, level, position })
 }
 
 impl Fixture<'_> {
@@ -84,7 +94,7 @@ impl Fixture<'_> {
     pub(crate) fn shifted(&self, distance: f64, origin: DVec3) -> Self {
         let distance = if self.lamp.shape == Shape::Point { 0.0 } else { distance };
         let position = self.position - origin + self.section.aim * distance;
-        Self { section: self.section, lamp: self.lamp, name: self.name.clone(), position }
+        Self { section: self.section, lamp: self.lamp, name: self.name.clone(), level: self.level, position }
     }
 
     /// Directions of the opening's two sizes; their cross product is the aim.
@@ -158,7 +168,7 @@ impl Fixture<'_> {
         Luminaire {
             name: self.name.clone(),
             group: section.group.clone().unwrap_or_else(|| self.name.clone()),
-            flux: Lumens(self.lamp.flux),
+            flux: Lumens(self.lamp.flux * self.level),
             colour: section.colour,
             opening: self.opening(),
             distribution: match &self.lamp.spread {
@@ -169,6 +179,7 @@ impl Fixture<'_> {
                 }
             },
             body,
+            supply: Supply { level: self.level, ..section.supply.clone() },
         }
     }
 }
@@ -193,7 +204,7 @@ mod tests {
             shape: None,
             spread: Spread::Lambertian,
             flux: None,
-            dimming: 1.0,
+            supply: Supply::default(),
             maintenance: None,
             colour: [1.0; 3],
             group: None,
@@ -238,7 +249,7 @@ mod tests {
     fn an_array_counts_from_1_and_starts_at_the_position() {
         let array = Array { count: [3, 2], pitch: [2.0, -1.5], at: Location::file("test.toml".as_ref()) };
         let (sections, lamps) = ([section(Some(array))], [lamp(Shape::Point)]);
-        let fixtures = spread(&sections, &lamps).unwrap();
+        let fixtures = spread(&sections, &lamps, &Dimming::AsWritten).unwrap();
         let names: Vec<&str> = fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
         assert_eq!(names, ["L[1,1]", "L[2,1]", "L[3,1]", "L[1,2]", "L[2,2]", "L[3,2]"]);
         assert_eq!(fixtures[0].position, DVec3::new(1.0, 2.0, 3.0));

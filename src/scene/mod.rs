@@ -28,6 +28,7 @@ use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
 pub use areas::Areas;
+pub use assemble::Dimming;
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use material::{Dielectric, Material, Sides};
@@ -188,6 +189,12 @@ pub struct Sensor {
     pub normal: DVec3,
     /// What the illuminance is the mean over.
     pub measure: Measure,
+    /// Diameter of the flat disc that E is the mean over, m; a point where not given.
+    pub disc: Option<f64>,
     /// Illuminance the user there asks for, lx.
     pub target: Option<f64>,
+    /// How much above the target is still welcome, lx; any amount where not given.
+    pub tolerance: Option<f64>,
+    /// What arrives there besides the luminaires' light, lx: told to those who dim, in no result of a render.
+    pub daylight: f64,
 }

@@ -73,6 +73,7 @@ fn panel([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], height: f64) -> Luminaire {
         },
         distribution: Distribution::Lambertian,
         body: Vec::new(),
+        supply: Default::default(),
     }
 }
 
