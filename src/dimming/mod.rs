@@ -3,6 +3,8 @@
 
 pub mod influence;
 mod levels;
+mod solve;
 
 pub use influence::Influence;
 pub use levels::Levels;
+pub use solve::{Answer, Goal, solve};
