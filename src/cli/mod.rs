@@ -2,6 +2,8 @@
 
 mod batch;
 mod converge;
+mod dim;
+mod influence;
 mod luminaire;
 mod merge;
 mod office;
@@ -36,6 +38,8 @@ enum Command {
     Merge(merge::Arguments),
     Office(office::Arguments),
     Batch(batch::Arguments),
+    Influence(influence::Arguments),
+    Dim(dim::Arguments),
 }
 
 /// What a command that ran found out.
@@ -49,6 +53,13 @@ enum Outcome {
     Failed,
     /// Ended by a signal before all was done: exit code 130, as a shell would say.
     Interrupted,
+}
+
+impl Outcome {
+    /// Done, unless a signal has ended it.
+    fn of_interruption() -> Self {
+        if signals::interrupted() { Self::Interrupted } else { Self::Done }
+    }
 }
 
 /// Runs the command line; exit code 0: done, 1: ran, but a required value was missed or a run of a batch
@@ -68,6 +79,8 @@ pub fn main() -> ExitCode {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Office(arguments) => office::run(&arguments),
         Command::Batch(arguments) => batch::run(&arguments),
+        Command::Influence(arguments) => influence::run(&arguments),
+        Command::Dim(arguments) => dim::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

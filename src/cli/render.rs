@@ -10,6 +10,7 @@ use clap::{Args as _, FromArgMatches as _};
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, print};
+use crate::dimming::{Levels, influence};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
 use crate::render::launched;
@@ -17,18 +18,18 @@ use crate::render::launched;
 use crate::render::mpi::World;
 use crate::render::{Alone, IMAGE_ERROR, Keeping, MOST_CELLS, Settings, Team, Tree, memory, recipe, render_in_bands};
 use crate::report::{self, Claim, ExtraLayers, Results};
-use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
+use crate::scene::{Dimming, Scene};
 use crate::state::file::Recipe;
 
 /// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
-    output: Option<PathBuf>,
+    pub(super) output: Option<PathBuf>,
     /// gather: direct light by shadow rays, what has bounced by rays to surfaces whose light the photons know; split: the
     /// same, what has bounced by the photons' density; path: no photons, paths from the points; photons: all by photons;
     /// seed: the paper's estimator, biases and all [default: gather].
@@ -96,6 +97,9 @@ pub(super) struct Arguments {
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     pub(super) layers: Vec<String>,
+    /// Dim luminaires as this file says, which luxmap dim and the live page write: {"dimming": {"L[1,1]": 0.42}}.
+    #[arg(long, value_name = "FILE", help = "Dim luminaires as this file of luxmap dim or the live page says")]
+    pub(super) dimming: Option<PathBuf>,
     /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
     #[arg(long)]
     groups: bool,
@@ -104,10 +108,10 @@ pub(super) struct Arguments {
     pub(super) check: bool,
     /// Print the summary as JSON instead of the table.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// No progress on stderr.
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 /// The parser of these arguments, by itself.
@@ -235,10 +239,9 @@ pub(super) fn write(
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
-    Ok(match check && results.misses_target() {
-        _ if interrupted() => Outcome::Interrupted,
-        true => Outcome::Missed,
-        false => Outcome::Done,
+    Ok(match Outcome::of_interruption() {
+        Outcome::Done if check && results.misses_target() => Outcome::Missed,
+        outcome => outcome,
     })
 }
 
@@ -255,7 +258,28 @@ pub(super) struct Job {
 impl Job {
     /// What the arguments ask for.
     pub(super) fn of(arguments: &Arguments) -> Result<Self, Error> {
-        let (mut scene, load_seconds) = load(&arguments.scene)?;
+        let dimming = match &arguments.dimming {
+            Some(path) => Dimming::Levels(Levels::read(path)?),
+            None => Dimming::AsWritten,
+        };
+        Self::dimmed(arguments, &dimming)
+    }
+
+    /// The same with luminaires at other levels.
+    pub(super) fn dimmed(arguments: &Arguments, dimming: &Dimming) -> Result<Self, Error> {
+        let (scene, load_seconds) = load(&arguments.scene, dimming)?;
+        Self::of_scene(arguments, scene, load_seconds)
+    }
+
+    /// The same with every luminaire at full output and a light group of its own; and the groups they were in.
+    pub(super) fn told_apart(arguments: &Arguments) -> Result<(Self, Vec<String>), Error> {
+        let (mut scene, load_seconds) = load(&arguments.scene, &Dimming::Full)?;
+        let groups = influence::tell_apart(&mut scene);
+        scene.render.groups = Some(true);
+        Ok((Self::of_scene(arguments, scene, load_seconds)?, groups))
+    }
+
+    fn of_scene(arguments: &Arguments, mut scene: Scene, load_seconds: f64) -> Result<Self, Error> {
         choose(&mut scene, &arguments.planes, &arguments.cameras)?;
         if arguments.groups {
             scene.render.groups = Some(true);
@@ -272,7 +296,7 @@ impl Job {
 
     /// What made a state of the scene.
     pub(super) fn of_recipe(path: &Path, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
-        let (mut scene, load_seconds) = load(path)?;
+        let (mut scene, load_seconds) = load(path, &Dimming::AsWritten)?;
         keep_only(&mut scene, &recipe.planes, &recipe.cameras);
         scene.render.groups = Some(recipe.groups);
         let plan = Plan::new(&scene, parse_method(Some(&recipe.method), &scene));
@@ -287,6 +311,11 @@ impl Job {
     /// What makes its state.
     pub(super) fn recipe(&self) -> Recipe {
         recipe(&self.scene, &self.plan, &self.settings)
+    }
+
+    /// What is to be computed.
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// How it is to be computed.
@@ -351,9 +380,9 @@ fn keep_only(scene: &mut Scene, planes: &[String], cameras: &[String]) {
 }
 
 /// A scene, and how long it took to read it, s.
-fn load(path: &Path) -> Result<(Scene, f64), Error> {
+fn load(path: &Path, dimming: &Dimming) -> Result<(Scene, f64), Error> {
     let started = Instant::now();
-    let scene = Scene::load(path)?;
+    let scene = Scene::load_dimmed(path, dimming)?;
     Ok((scene, started.elapsed().as_secs_f64()))
 }
 

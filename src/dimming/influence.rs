@@ -157,6 +157,11 @@ impl Influence {
         self.luminaires.iter().map(|luminaire| luminaire.supply.level).collect()
     }
 
+    /// All there is, as `influence.json` has it.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers and names")
+    }
+
     /// Reads the JSON file that [`Self::write`] has written. Anything else is refused in one line.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let refuse = |at: Location, found: String| {
@@ -224,7 +229,7 @@ impl Influence {
         save("influence-per-cd-stderr.csv", &mut |out| self.table(per_candela(&self.standard_error), out))?;
         save("influence.npy", &mut |out| npy::write_matrix(&self.lux, self.luminaires.len(), out))?;
         save("influence.json", &mut |out| {
-            serde_json::to_writer_pretty(&mut *out, self)?;
+            out.write_all(self.json().as_bytes())?;
             out.write_all(b"\n")
         })?;
         Ok(written)

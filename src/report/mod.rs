@@ -8,6 +8,7 @@ pub mod areas;
 pub mod batch;
 pub mod convergence;
 pub mod csv;
+pub mod dimming;
 pub mod exr;
 pub(crate) mod file;
 pub mod html;

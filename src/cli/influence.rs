@@ -1,0 +1,61 @@
+//! `luxmap influence`: which luminaire brings how much to which sensor.
+
+use std::path::{Path, PathBuf};
+
+use super::render::{self, Job, layers, stem};
+use super::signals::end_after_pass;
+use super::{Outcome, complain, print};
+use crate::dimming::Influence;
+use crate::error::Error;
+use crate::render::Keeping;
+use crate::report::{self, Claim, Results, dimming};
+
+/// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
+/// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    run: render::Arguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let arguments = &arguments.run;
+    end_after_pass();
+    let folder = folder(arguments, "influence");
+    let _claim = Claim::of(&folder)?;
+    let (influence, results) = found(arguments)?;
+    let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
+    written.extend(influence.write(&folder)?);
+    if arguments.json {
+        print(&format!("{}\n", influence.json()))?;
+    } else {
+        print(&dimming::influence(&influence))?;
+        print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
+    }
+    results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+    Ok(Outcome::of_interruption())
+}
+
+/// Where results go: a folder beside that of a render.
+pub(super) fn folder(arguments: &render::Arguments, command: &str) -> PathBuf {
+    arguments.output.clone().unwrap_or_else(|| {
+        let mut name = stem(&arguments.scene).into_os_string();
+        name.push(format!("-{command}"));
+        Path::new("out").join(name)
+    })
+}
+
+/// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.
+pub(super) fn found(arguments: &render::Arguments) -> Result<(Influence, Results), Error> {
+    if let Some(path) = &arguments.dimming {
+        let found = format!("--dimming {}", path.display());
+        return Err(Error::Usage(format!("found {found}, expected none: every luminaire is taken at full output")));
+    }
+    let (job, groups) = Job::told_apart(arguments)?;
+    if job.scene().sensors.is_empty() {
+        let scene = arguments.scene.display();
+        return Err(Error::Usage(format!("{scene}: found no sensor, expected a [[sensor]] that luminaires influence")));
+    }
+    let results = job.run(arguments.threads, arguments.quiet, &Keeping::default())?.expect("who is alone leads");
+    Ok((Influence::of(job.scene(), groups, &results), results))
+}

@@ -1,0 +1,105 @@
+//! The influence matrix and dimming levels for a person at a terminal.
+
+use super::number::{percent, short};
+use super::table::columns;
+use super::{Results, SensorReading};
+use crate::dimming::{Answer, Influence};
+
+/// Of each sensor: what it reads with all luminaires at full output, and which of them bring most of that.
+pub fn influence(matrix: &Influence) -> String {
+    let count = matrix.luminaires.len();
+    let full = vec![1.0; count];
+    let mut lines =
+        vec![format!("{}: influence of {count} luminaires on {} sensors", matrix.scene, matrix.sensors.len())];
+    lines.push(String::new());
+    let head = [
+        "sensor",
+        "E at full output, lx",
+        "daylight, lx",
+        "first",
+        "lx",
+        "σ, lx",
+        "lx/cd",
+        "second",
+        "lx",
+        "third",
+        "lx",
+    ];
+    let row = |sensor: usize| {
+        let (lux, errors) = (&matrix.lux[sensor], &matrix.standard_error[sensor]);
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| lux[b].total_cmp(&lux[a]));
+        let place = &matrix.sensors[sensor];
+        let name = |rank: usize| order.get(rank).map_or_else(String::new, |&lamp| matrix.luminaires[lamp].name.clone());
+        let of = |rank: usize, table: &[f64]| order.get(rank).map_or_else(String::new, |&lamp| short(table[lamp]));
+        let candela = order.first().and_then(|&lamp| Some(lux[lamp] / matrix.luminaires[lamp].candela?));
+        [
+            place.name.clone(),
+            short(matrix.illuminance(sensor, &full) - place.daylight),
+            short(place.daylight),
+            name(0),
+            of(0, lux),
+            of(0, errors),
+            candela.map_or_else(|| "–".into(), short),
+            name(1),
+            of(1, lux),
+            name(2),
+            of(2, lux),
+        ]
+    };
+    lines.extend(columns(head, (0..matrix.sensors.len()).map(row)));
+    lines.join("\n") + "\n"
+}
+
+/// Levels found, what they reach and what they save.
+pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> String {
+    let unit = matrix.power_unit();
+    let full = matrix.power(&vec![1.0; matrix.luminaires.len()]);
+    let saved = if full > 0.0 { 1.0 - answer.power / full } else { 0.0 };
+    let mut lines = vec![
+        format!("{}: {} luminaires, {} sensors", matrix.scene, matrix.luminaires.len(), matrix.sensors.len()),
+        format!(
+            "power  {} {unit} of {} {unit} at full output: {} % saved",
+            short(answer.power),
+            short(full),
+            percent(saved)
+        ),
+    ];
+    if unit == "lm" {
+        lines.push("       no power is given for some luminaire: luminous flux stands for it".into());
+    }
+    if let Some(bound) = answer.bound.filter(|bound| answer.power - bound > 1e-4 * full) {
+        lines.push(format!("       the search was cut short: no levels need less than {} {unit}", short(bound)));
+    }
+    lines.push(String::new());
+    let head = ["sensor", "target, lx", "E by R, lx", "E verified, lx", "σ, lx", "at full output, lx"];
+    let row = |number: usize| {
+        let place = &matrix.sensors[number];
+        let reading = verified.and_then(|results| results.sensors.iter().find(|reading| reading.name == place.name));
+        let read =
+            |value: &dyn Fn(&SensorReading) -> f64| reading.map_or_else(|| "–".into(), |reading| short(value(reading)));
+        let target = match (place.target, place.tolerance) {
+            (Some(target), Some(tolerance)) => format!("{} … {}", short(target), short(target + tolerance)),
+            (target, _) => target.map_or_else(String::new, short),
+        };
+        [
+            place.name.clone(),
+            target,
+            short(matrix.illuminance(number, &answer.levels)),
+            read(&|reading| reading.illuminance + place.daylight),
+            read(&|reading| reading.standard_error),
+            short(matrix.illuminance(number, &vec![1.0; matrix.luminaires.len()])),
+        ]
+    };
+    lines.extend(columns(head, (0..matrix.sensors.len()).map(row)));
+    lines.push(String::new());
+    let row = |lamp: usize| {
+        let level = answer.levels[lamp];
+        let luminaire = &matrix.luminaires[lamp];
+        let state = if level <= 0.0 { "off".into() } else { format!("{:.1}", 100.0 * level) };
+        [luminaire.name.clone(), luminaire.group.clone(), state, short(matrix.power_of(lamp, level))]
+    };
+    let head = ["luminaire", "group", "level, %", if unit == "W" { "power, W" } else { "flux, lm" }];
+    lines.extend(columns(head, (0..matrix.luminaires.len()).map(row)));
+    lines.join("\n") + "\n"
+}
