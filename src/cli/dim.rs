@@ -15,6 +15,7 @@ use crate::scene::Dimming;
 
 /// Find dimming levels that reach every sensor's target at least power, and verify them by a render.
 #[derive(clap::Args)]
+#[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
     run: render::Arguments,

@@ -13,6 +13,7 @@ use crate::report::{self, Claim, Results, dimming};
 /// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
 /// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
 #[derive(clap::Args)]
+#[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
     run: render::Arguments,
