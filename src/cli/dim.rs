@@ -34,13 +34,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
     let options = &arguments.run;
     let folder = influence::folder(options, "dim");
-    let _claim = Claim::of(&folder)?;
-    let matrix = match &arguments.influence {
-        Some(path) => Influence::read(path)?,
-        None => influence::found(options)?.0,
+    let (claim, matrix) = match &arguments.influence {
+        Some(path) => (None, Influence::read(path)?),
+        None => {
+            let (claim, matrix, _) = influence::found(options, &folder)?;
+            (Some(claim), matrix)
+        }
     };
     let goal = if arguments.closest { Goal::Closest } else { Goal::LeastPower };
     let answer = solve(&matrix, goal)?;
+    let _claim = claim.map_or_else(|| Claim::of(&folder), Ok)?;
     let names = matrix.luminaires.iter().map(|luminaire| luminaire.name.clone());
     let levels = Levels::new(names.zip(answer.levels.iter().copied()));
 

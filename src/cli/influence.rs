@@ -23,8 +23,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let arguments = &arguments.run;
     end_after_pass();
     let folder = folder(arguments, "influence");
-    let _claim = Claim::of(&folder)?;
-    let (influence, results) = found(arguments)?;
+    let (_claim, influence, results) = found(arguments, &folder)?;
     let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
     written.extend(influence.write(&folder)?);
     if arguments.json {
@@ -46,8 +45,9 @@ pub(super) fn folder(arguments: &render::Arguments, command: &str) -> PathBuf {
     })
 }
 
-/// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.
-pub(super) fn found(arguments: &render::Arguments) -> Result<(Influence, Results), Error> {
+/// The matrix, and the run that found it: maps of all luminaires at full output, each a light group. The folder for results is
+/// claimed once it is clear that there will be some.
+pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<(Claim, Influence, Results), Error> {
     if let Some(path) = &arguments.dimming {
         let found = format!("--dimming {}", path.display());
         return Err(Error::Usage(format!("found {found}, expected none: every luminaire is taken at full output")));
@@ -57,6 +57,7 @@ pub(super) fn found(arguments: &render::Arguments) -> Result<(Influence, Results
         let scene = arguments.scene.display();
         return Err(Error::Usage(format!("{scene}: found no sensor, expected a [[sensor]] that luminaires influence")));
     }
+    let claim = Claim::of(folder)?;
     let results = job.run(arguments.threads, arguments.quiet, &Keeping::default())?.expect("who is alone leads");
-    Ok((Influence::of(job.scene(), groups, &results), results))
+    Ok((claim, Influence::of(job.scene(), groups, &results), results))
 }
