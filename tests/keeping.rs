@@ -104,6 +104,29 @@ fn a_caustic_goes_on() {
     }
 }
 
+/// The photons of caustics are let go once 64 passes, a lot, are whole: so the memory of long runs is bounded. In which run a
+/// lot became whole makes no difference.
+#[test]
+fn long_runs_let_go_of_their_photons() {
+    let folder = folder_of("long", "shine");
+    let size = |state: &str| fs::metadata(folder.path(state)).expect("a state").len();
+    keep(&folder, "most", "gather", [0, 60], &[]);
+    keep(&folder, "rest", "gather", [60, 9], &[]);
+    keep(&folder, "all", "gather", [0, 69], &[]);
+    folder.succeed(&["merge", "-q", "--threads=1", "-o", "merged", "most", "rest"]);
+    assert_same("merged", &folder.path("merged"), &folder.path("part"));
+    // 5 passes of photons and the sums of 64 take less room than the photons of 60.
+    assert!(size("all") < size("most"), "{} and {} bytes", size("all"), size("most"));
+    // Of the photons none is forgotten.
+    let stored = |state: &str| -> u64 {
+        folder.succeed(&["merge", state, "-o", "told", "-q"]);
+        let text = fs::read(folder.path("told/summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        summary["photons_stored"].as_u64().expect("a number")
+    };
+    assert_eq!(stored("all"), stored("most") + stored("rest"));
+}
+
 /// When the error is asked for, and which cameras rest, is kept too. The first call has no time but for one pass.
 #[test]
 fn a_run_up_to_an_error_goes_on() {

@@ -35,6 +35,8 @@ pub(super) struct PlaceGroups {
     variances: usize,
     /// Densities with several k; see [`DensityRows`].
     pub(super) density: Vec<Sum>,
+    /// The part of that whose photons are kept no longer; empty before there is some.
+    pub(super) settled: Vec<Sum>,
     pub(super) layout: DensityRows,
     /// Which scale of the densities was chosen at each point, of sharp and smooth light.
     pub(super) scales: [Vec<u8>; 2],
@@ -151,6 +153,7 @@ impl<const C: usize> Rendering<'_, C> {
             width,
             variances,
             density: vec![Sum::ZERO; points * layout.of_point()],
+            settled: Vec::new(),
             layout,
             scales: Default::default(),
             windows: Vec::new(),

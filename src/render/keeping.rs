@@ -153,6 +153,7 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> io::Result<()> {
         tape.count(&mut self.photons_emitted)?;
         tape.count(&mut self.photons_stored)?;
+        tape.count(&mut self.photons_settled)?;
         tape.count(&mut self.gather_rays)?;
         self.flux.exchange(tape)?;
         self.exchange_caustics(places.len(), tape)?;
@@ -214,10 +215,23 @@ impl<const C: usize> Place<C> {
         self.samples.iter_mut().try_for_each(|samples| samples.exchange(tape))?;
         self.faint.iter_mut().try_for_each(|faint| faint.samples.exchange(tape))?;
         self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
-        for sums in &mut self.density {
+        // Beside rays, densities are made anew of the photons at hand but for those that are settled.
+        let (density, by_group) = match &self.samples {
+            Some(_) => {
+                let mut settled = u64::from(!self.settled.is_empty());
+                tape.number(&mut settled)?;
+                if settled == 0 {
+                    return Ok(());
+                }
+                self.open_settled();
+                (&mut self.settled, self.groups.as_mut().map(|groups| &mut groups.settled))
+            }
+            None => (&mut self.density, self.groups.as_mut().map(|groups| &mut groups.density)),
+        };
+        for sums in density {
             sums.sharp.iter_mut().chain(&mut sums.smooth).try_for_each(|sum| sum.exchange(tape))?;
         }
-        self.groups.iter_mut().try_for_each(|groups| tape.sums(&mut groups.density))
+        by_group.map_or(Ok(()), |sums| tape.sums(sums))
     }
 }
 

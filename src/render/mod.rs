@@ -280,6 +280,8 @@ struct Place<const C: usize> {
     faint: Option<FaintLight<C>>,
     /// Sums over the passes of what photon densities say at each point; empty where nothing asks them.
     density: Vec<Densities<C>>,
+    /// The part of that from caustics of whole lots of passes, whose photons are kept no longer; empty before the first.
+    settled: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
     /// Photons counted where neither rays nor crossings tell their light.
@@ -334,8 +336,10 @@ struct Rendering<'a, const C: usize> {
     flux: TallySum<C>,
     /// The light groups to be told apart.
     groups: Option<LightGroups>,
-    /// Caustics of each seed and pass so far at each receiver, where rays find the other light.
+    /// Caustics of each seed and pass at each receiver, where rays find the other light; but for those that are settled.
     caustics: BTreeMap<(u64, u32), Vec<Crossings<C>>>,
+    /// Photons of caustics that are settled.
+    photons_settled: u64,
     warnings: Vec<String>,
 }
 
@@ -366,6 +370,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             flux: TallySum::default(),
             groups: None,
             caustics: BTreeMap::new(),
+            photons_settled: 0,
             warnings: scene.warnings.clone(),
         };
         rendering.choose_groups()?;
@@ -442,6 +447,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 counts: None,
                 areas: Vec::new(),
                 density: vec![Densities::default(); if self.plan.counts_photons() { receiver.len() } else { 0 }],
+                settled: Vec::new(),
                 bounced: dark,
                 receiver,
             }

@@ -37,6 +37,10 @@ use crate::state::{PassRange, Passes, Sum};
 /// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
 const ROUNDS: u64 = 4;
 
+/// Passes whose caustics make one photon map in the end: then their photons are let go, and a run of any length takes bounded
+/// memory.
+const LOT: u64 = 64;
+
 /// A patch's size as a part of the mean distance that points look: as fine as their mean over a hemisphere needs.
 const PATCH_SHARE: f64 = 1.0 / 10.0;
 
@@ -73,6 +77,7 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
         let mut schedule = self.recall(places, views, keeping)?;
+        self.settle::<T>(places);
         let mut taken = 0.0;
         loop {
             let over = keeping.team.rank() == 0 && self.judge::<T>(places, views, &mut schedule, taken);
@@ -92,6 +97,9 @@ impl<const C: usize> Rendering<'_, C> {
             views.iter_mut().zip(word.rest).for_each(|(view, rests)| view.rests = rests);
             let started = Instant::now();
             self.share_passes::<T>(engine, places, views, &schedule, keeping)?;
+            if keeping.team.rank() == 0 {
+                self.settle::<T>(places);
+            }
             taken = started.elapsed().as_secs_f64();
             self.save(places, views, &schedule, keeping);
         }
@@ -199,7 +207,7 @@ impl<const C: usize> Rendering<'_, C> {
     ) {
         let resting: Vec<bool> = views.iter().map(|view| view.rests).collect();
         let pass = u64::from(number);
-        // What rays can't find, caustics, is left to all photons so far; other densities are a matter of one pass.
+        // What rays can't find, caustics, is left to the photons of many passes; other densities are a matter of one.
         let mut crossings: Vec<Crossings<C>> = Vec::new();
         crossings.resize_with(places.len(), Crossings::default);
         let mut landings = Photons::default();
@@ -515,26 +523,65 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Photon maps in the sums of densities: one each pass; or all photons so far make one, of passes · ROUNDS times the flux.
+    /// Photon maps in the sums of densities: one each pass; or those of many passes make one, of passes · ROUNDS times the flux.
     pub(super) fn density_passes(&self) -> f64 {
         f64::from(self.done.len()) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
+    }
+
+    /// Number of whole lots among the passes so far.
+    fn settled_lots(&self) -> u64 {
+        let whole = |range: &PassRange| {
+            let (first, end) = (u64::from(range.first), u64::from(range.first) + u64::from(range.count));
+            (end / LOT).saturating_sub(first.div_ceil(LOT))
+        };
+        self.done.ranges().iter().map(whole).sum()
+    }
+
+    /// Search limits in a photon map of so many passes, after `before` others: discs shrink from map to map.
+    fn lot_searches(&self, passes: u64, before: u64) -> Searches {
+        let photons = self.photons_emitted / u64::from(self.done.len().max(1)) * passes;
+        Searches::new(self.plan.method, self.settings, self.diagonal, photons as f64)
+            .of_pass(u32::try_from(before).unwrap_or(u32::MAX))
+    }
+
+    /// Lets photons of caustics go where all passes of their lot are there: what they say becomes part of the sums.
+    fn settle<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
+        let lot_of = |(seed, pass): (u64, u32)| (seed, u64::from(pass) / LOT);
+        let mut lots: Vec<(u64, u64)> = self.caustics.keys().copied().map(lot_of).collect();
+        lots.dedup();
+        lots.retain(|&(seed, lot)| self.done.has_all(seed, lot * LOT, (lot + 1) * LOT));
+        for (seed, lot) in lots {
+            let mut all = vec![Crossings::default(); places.len()];
+            self.caustics.retain(|&pass, crossings| {
+                let open = lot_of(pass) != (seed, lot);
+                if !open {
+                    all.iter_mut().zip(crossings).for_each(|(all, pass)| all.append(pass));
+                }
+                open
+            });
+            let stored = self.photons_stored;
+            self.photons_stored = 0;
+            places.iter_mut().for_each(Place::begin_with_settled);
+            self.gather::<T>(places, all, Photons::default(), self.lot_searches(LOT, lot));
+            places.iter_mut().for_each(Place::keep_settled);
+            self.photons_settled += self.photons_stored;
+            self.photons_stored = stored;
+        }
     }
 
     /// What the passes so far say of light that has bounced.
     fn conclude<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
         let passes = self.density_passes();
         if self.plan.method.sends_rays() && self.plan.counts_photons() {
-            for place in places.iter_mut() {
-                place.density.fill(Default::default());
-                place.groups.iter_mut().for_each(|groups| groups.density.fill(Sum::ZERO));
-            }
+            places.iter_mut().for_each(Place::begin_with_settled);
+            let lots = self.settled_lots();
             let mut all = vec![Crossings::default(); places.len()];
             for crossings in self.caustics.values() {
                 all.iter_mut().zip(crossings).for_each(|(all, pass)| all.extend(pass));
             }
-            let searches = Searches::new(self.plan.method, self.settings, self.diagonal, self.photons_emitted as f64);
-            self.photons_stored = 0;
-            self.gather::<T>(places, all, Photons::default(), searches);
+            let open = u64::from(self.done.len()) - lots * LOT;
+            self.photons_stored = self.photons_settled;
+            self.gather::<T>(places, all, Photons::default(), self.lot_searches(open, lots));
         }
         let (scales, fixed) =
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
@@ -580,6 +627,39 @@ impl<const C: usize> Rendering<'_, C> {
                 }
             }
         });
+    }
+}
+
+impl<const C: usize> Place<C> {
+    /// Sums of densities that begin with what is settled.
+    fn begin_with_settled(&mut self) {
+        match self.settled.as_slice() {
+            [] => self.density.fill(Default::default()),
+            settled => self.density.copy_from_slice(settled),
+        }
+        if let Some(groups) = &mut self.groups {
+            match groups.settled.as_slice() {
+                [] => groups.density.fill(Sum::ZERO),
+                settled => groups.density.copy_from_slice(settled),
+            }
+        }
+    }
+
+    /// Makes room for what will be settled.
+    pub(super) fn open_settled(&mut self) {
+        self.settled.resize(self.density.len(), Default::default());
+        if let Some(groups) = &mut self.groups {
+            groups.settled.resize(groups.density.len(), Sum::ZERO);
+        }
+    }
+
+    /// Settles the sums as they are.
+    fn keep_settled(&mut self) {
+        self.open_settled();
+        self.settled.copy_from_slice(&self.density);
+        if let Some(groups) = &mut self.groups {
+            groups.settled.copy_from_slice(&groups.density);
+        }
     }
 }
 

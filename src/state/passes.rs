@@ -47,6 +47,11 @@ impl Passes {
         Ok(())
     }
 
+    /// Whether it has all passes from `first` to before `end`, of a seed.
+    pub fn has_all(&self, seed: u64, first: u64, end: u64) -> bool {
+        self.0.iter().any(|range| range.seed == seed && u64::from(range.first) <= first && end <= range.end())
+    }
+
     /// Number of passes.
     pub fn len(&self) -> u32 {
         self.0.iter().map(|range| range.count).sum()
@@ -100,6 +105,7 @@ mod tests {
             [PassRange { seed: 0, first: 0, count: 9 }, PassRange { seed: 1, first: 0, count: 2 }]
         );
         assert!(passes.is_valid());
+        assert!(passes.has_all(0, 2, 9) && !passes.has_all(0, 2, 10) && !passes.has_all(1, 1, 3));
         assert_eq!(passes.add(&range(0, 8, 3)), Err((0, 8)));
         assert_eq!(passes.len(), 11);
         assert_eq!(passes.to_string(), "0 … 8 of seed 0, 0 … 1 of seed 1");
