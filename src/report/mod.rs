@@ -13,6 +13,7 @@ pub(crate) mod file;
 pub mod html;
 pub mod image;
 pub mod json;
+pub mod live;
 pub mod luminaire;
 mod npy;
 pub(crate) mod number;
