@@ -37,25 +37,46 @@ function leastCost({ low, high, cost, most, columns }) {
   const atTop = Uint8Array.from(columns, (_, column) => (cost[column] < 0 ? 1 : 0));
   const value = Float64Array.from(table, row => row.reduce((sum, entry, column) => sum + (atTop[column] ? entry * most[column] : 0), 0));
 
+  /** The row furthest out of its bounds, measured by how fast its entries can move it. */
   const worstRow = () => {
-    let worst = -1, by = 1e-7;
+    let worst = -1, most = 0;
     for (let row = 0; row < rows; row++) {
       const away = Math.max(from(basis[row]) - value[row], value[row] - to(basis[row]));
-      if (away > by) { worst = row; by = away; }
+      if (away <= 1e-7) continue;
+      const entries = table[row];
+      let norm = 1;
+      for (let column = 0; column < count; column++) norm += entries[column] * entries[column];
+      if (away * away > most * norm) { worst = row; most = away * away / norm; }
     }
     return worst;
   };
-  const entering = (entries, rising) => {
-    let best = -1, ratio = Infinity;
+  const width = column => to(inside[column]) - from(inside[column]);
+  /** Columns that can move a row towards its bound, nearest ratio first. */
+  const movers = (entries, rising) => {
+    const found = [];
     for (let column = 0; column < count; column++) {
       const entry = rising ? entries[column] : -entries[column];
       if (atTop[column] ? entry > -tiny : entry < tiny) continue;
-      if (from(inside[column]) === to(inside[column])) continue;
-      const own = Math.abs(reduced[column] / entry);
-      const tie = best >= 0 && Math.abs(own - ratio) <= 1e-12 * (1 + ratio);
-      if (tie ? Math.abs(entry) > Math.abs(entries[best]) : own < ratio) { best = column; ratio = Math.min(ratio, own); }
+      if (width(column) > 0) found.push({ column, size: Math.abs(entry), ratio: Math.abs(reduced[column] / entry) });
     }
-    return best;
+    return found.sort((a, b) => a.ratio - b.ratio || b.size - a.size);
+  };
+  /** The column that enters: those before it go to their other end, as they would not bring the row home. */
+  const entering = (entries, rising, away) => {
+    const candidates = movers(entries, rising);
+    if (candidates.reduce((sum, { column, size }) => sum + size * width(column), 0) < away - 1e-7) return -1;
+    let passed = 0;
+    for (; passed < candidates.length - 1; passed++) {
+      const { column, size } = candidates[passed];
+      if (size * width(column) >= away) break;
+      away -= size * width(column);
+    }
+    candidates.slice(0, passed).forEach(({ column }) => {
+      const change = atTop[column] ? -width(column) : width(column);
+      for (let row = 0; row < rows; row++) value[row] += table[row][column] * change;
+      atTop[column] = 1 - atTop[column];
+    });
+    return candidates.length ? candidates[passed].column : -1;
   };
 
   for (let left = 60 * (rows + count) + 1000; ; left--) {
@@ -63,7 +84,8 @@ function leastCost({ low, high, cost, most, columns }) {
     if (row < 0) break;
     if (left === 0) return null;
     const leaving = basis[row], rising = value[row] < from(leaving);
-    const entries = table[row], column = entering(entries, rising);
+    const away = rising ? from(leaving) - value[row] : value[row] - to(leaving);
+    const entries = table[row], column = entering(entries, rising, away);
     if (column < 0) return null;
     const pivot = entries[column], variable = inside[column];
     const start = atTop[column] ? to(variable) : from(variable);
@@ -132,8 +154,8 @@ const TOLERANCE = 1e-4;
  * Levels of least power.
  *
  * lamps: as in the scene; rows: `{ row, low, high }`, lx, for `row · levels`; milliseconds: time there is.
- * elastic: rows may be missed, at a cost above all power for each lux.
- * Returns `{ levels, watts, proven }`, or null where rows can't be kept (or nothing was found in time).
+ * elastic: rows may be missed, at a cost above all power for each lux. above: share by which this may exceed the least.
+ * Returns `{ levels, watts, proven, above }`, or null where rows can't be kept (or nothing was found in time).
  */
 function leastPower(lamps, rows, milliseconds, elastic = false) {
   const end = performance.now() + milliseconds;
@@ -214,12 +236,13 @@ function leastPower(lamps, rows, milliseconds, elastic = false) {
   const root = relaxed(lamps.map(lamp => ({ off: true, low: lamp.least, high: 1 })));
   if (!root) return null;
   const open = [root];
-  let turns = 0, proven = true;
+  let turns = 0, bound = root.bound, proven = true;
   const everyTurn = lamps.length * rows.length < 2000;
   while (open.length) {
     let next = 0;
     open.forEach((node, index) => { if (node.bound < open[next].bound) next = index; });
     const [node] = open.splice(next, 1);
+    bound = node.bound;
     if (best && node.bound >= best.cost - close) break;
     if (everyTurn || turns % 8 === 0) round(node);
     if (turns++ > 0 && performance.now() > end) { proven = false; break; }
@@ -230,7 +253,7 @@ function leastPower(lamps, rows, milliseconds, elastic = false) {
       if (solved && !(best && solved.bound >= best.cost - close)) open.push(solved);
     }
   }
-  return best && { levels: best.levels, watts: best.watts, proven };
+  return best && { levels: best.levels, watts: best.watts, proven, above: proven ? 0 : best.cost / bound - 1 };
 }
 
 /** An interval divided at the bend of the power nearest to a level, or at the level. */
@@ -242,7 +265,7 @@ function split(lamp, low, high, level) {
 
 /**
  * Levels for the sensors' targets, the nearest to them where they can't be met.
- * Returns `{ levels, watts, proven, met, short }`; short: sensors not met, each with what it gets and the most it can get.
+ * Returns `{ levels, watts, proven, above, met, short }`; short: sensors not met, each with what it gets and the most it can get.
  */
 function meetTargets(lamps, sensors, milliseconds) {
   const asked = sensors.filter(sensor => sensor.target !== null);
