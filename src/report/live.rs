@@ -21,7 +21,7 @@ use units::Unit;
 pub const MOST_BYTES: usize = 3_000_000;
 
 /// Most by which the page's map differs from the sum of the layers given it, lx, at any cell and any dimming.
-pub const MAP_ERROR: f64 = 0.25;
+pub const MAP_ERROR: f64 = 0.5;
 
 /// The same for a sensor in its own place, lx.
 pub const SENSOR_ERROR: f64 = 0.01;

@@ -14,8 +14,6 @@ function svg(name, attributes, ...children) {
   return element;
 }
 
-const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
 /** Lux for a person. */
 const lux = value => (Math.abs(value) < 9.95 ? value.toFixed(1) : value.toFixed(0)).replace(/^-(0(\.0)?)$/, "$1");
 
@@ -108,17 +106,20 @@ class View {
 
 /** Values smoothed once with weights 1 : 2 : 1 along and across, against noise; cells without a value stay out. */
 function smoothed({ sum, mask, columns, rows }) {
-  const pass = (values, count, step, start) => {
+  const pass = (values, step, isFirst, isLast) => {
     const result = new Float64Array(values.length);
-    for (let cell = 0; cell < values.length; cell++) {
-      const at = start(cell);
-      const before = at > 0 && mask[cell - step] ? values[cell - step] : values[cell];
-      const after = at < count - 1 && mask[cell + step] ? values[cell + step] : values[cell];
-      result[cell] = (before + 2 * values[cell] + after) / 4;
+    for (let row = 0, cell = 0; row < rows; row++) {
+      for (let column = 0; column < columns; column++, cell++) {
+        const own = values[cell];
+        const before = !isFirst(column, row) && mask[cell - step] ? values[cell - step] : own;
+        const after = !isLast(column, row) && mask[cell + step] ? values[cell + step] : own;
+        result[cell] = (before + 2 * own + after) / 4;
+      }
     }
     return result;
   };
-  return pass(pass(sum, columns, 1, cell => cell % columns), rows, columns, cell => Math.floor(cell / columns));
+  const along = pass(sum, 1, column => column === 0, column => column === columns - 1);
+  return pass(along, columns, (_, row) => row === 0, (_, row) => row === rows - 1);
 }
 
 /** Lines on which the values reach a level: marching squares between cell centres, joined. Points in cells. */
@@ -126,13 +127,12 @@ function contours(values, mask, columns, rows, level) {
   // Edges between neighbouring centres: 2 · cell to the right, 2 · cell + 1 upwards; each meets up to two others.
   const links = new Int32Array(4 * columns * rows).fill(-1);
   const edges = [];
-  const join = (a, b) => {
-    for (const [from, to] of [[a, b], [b, a]]) {
-      const slot = links[2 * from] < 0 ? 2 * from : 2 * from + 1;
-      if (slot === 2 * from) edges.push(from);
-      links[slot] = to;
-    }
+  const link = (from, to) => {
+    const isFirst = links[2 * from] < 0;
+    if (isFirst) edges.push(from);
+    links[2 * from + (isFirst ? 0 : 1)] = to;
   };
+  const join = (a, b) => { link(a, b); link(b, a); };
   for (let row = 0; row + 1 < rows; row++) {
     for (let column = 0; column + 1 < columns; column++) {
       const a = row * columns + column, b = a + 1, d = a + columns, c = d + 1;
@@ -186,12 +186,12 @@ function contours(values, mask, columns, rows, level) {
 const lengthOf = line => line.reduce((sum, p, i) => (i ? sum + Math.hypot(p[0] - line[i - 1][0], p[1] - line[i - 1][1]) : 0), 0);
 
 /** Where a label stands on a line: flat, inside, apart from the others, near where it was; null if nowhere. */
-function labelPlace(line, size, bounds, taken, before) {
+function labelPlace(line, size, isInside, taken, before) {
   let best = null, least = Infinity;
   const stride = Math.max(1, Math.floor(line.length / 60));
   for (let i = 0; i < line.length; i += stride) {
     const [x, y] = line[i];
-    if (x < size[0] || y < size[1] || x > bounds[0] - size[0] || y > bounds[1] - size[1]) continue;
+    if (!isInside([x - size[0], y - size[1]]) || !isInside([x + size[0], y + size[1]])) continue;
     if (taken.some(([tx, ty]) => Math.abs(tx - x) < size[0] + 24 && Math.abs(ty - y) < size[1] + 24)) continue;
     const reach = line[Math.min(i + 3, line.length - 1)], from = line[Math.max(i - 3, 0)];
     const slope = Math.abs(reach[1] - from[1]) / (Math.hypot(reach[0] - from[0], reach[1] - from[1]) || 1);
@@ -212,6 +212,7 @@ function drawLines(context, view, scale, colours) {
   context.textAlign = "center";
   context.textBaseline = "middle";
   const toPixel = ([x, y]) => view.at([(x + 0.5) / columns, (y + 0.5) / rows]);
+  const isInside = pixel => view.shares(pixel).every(share => share >= 0 && share <= 1);
   const written = [];
   for (const level of scale.ticks().slice(1)) {
     const index = scale.index(level), ink = colours.isBright[index] ? "#0a0a0a" : "#ffffff";
@@ -223,8 +224,9 @@ function drawLines(context, view, scale, colours) {
     for (const line of lines) line.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
     context.stroke();
     const label = scale.label(level), size = [context.measureText(label).width / 2 + 4, 8], places = [];
-    for (const line of lines.map(points => ({ points, long: lengthOf(points) })).filter(({ long }) => long > 8 * size[0]).sort((a, b) => b.long - a.long).slice(0, 4)) {
-      const place = labelPlace(line.points, size, [view.width, view.height], taken, labelsBefore.get(level) ?? []);
+    const longest = lines.map(line => ({ line, long: lengthOf(line) })).filter(({ long }) => long > 8 * size[0]);
+    for (const { line } of longest.sort((a, b) => b.long - a.long).slice(0, 4)) {
+      const place = labelPlace(line, size, isInside, taken, labelsBefore.get(level) ?? []);
       if (!place) continue;
       taken.push(place);
       places.push(place);
@@ -271,7 +273,7 @@ function drawMap(view, scale, colours, withLines) {
   if (withLines) drawLines(context, view, scale, colours);
 }
 
-function drawLegend(scale, colours, unit = "lx") {
+function drawLegend(scale, colours) {
   const element = document.getElementById("legend");
   const width = element.clientWidth, height = element.clientHeight;
   const context = sharpContext(element, width, height);
@@ -280,7 +282,7 @@ function drawLegend(scale, colours, unit = "lx") {
     context.fillStyle = colours.css[Math.floor((x - left) / (right - left) * 256)];
     context.fillRect(x, 0, 1.5, bar);
   }
-  context.fillStyle = css("--quiet");
+  context.fillStyle = getComputedStyle(element).color;
   context.font = "12px system-ui, sans-serif";
   context.textAlign = "center";
   context.textBaseline = "top";
@@ -290,7 +292,7 @@ function drawLegend(scale, colours, unit = "lx") {
     context.fillText(scale.label(tick), x, bar + 7);
   }
   context.textAlign = "left";
-  context.fillText(unit, right + 14, bar + 7);
+  context.fillText("lx", right + 14, bar + 7);
 }
 
 // --- luminaires and sensors in the plan ------------------------------------------------------------------------------
@@ -338,11 +340,12 @@ function sensorMark(sensor, layer, homes) {
     mark: svg("circle", { class: "mark", r: 7.5 }),
     sign: svg("path", { class: "sign" }),
     plate: svg("rect", { class: "plate", rx: 4, height: 32 }),
-    name: svg("text", { dy: 13 }),
-    value: svg("text", { class: "value", dy: 27 }),
+    name: svg("text", { x: 6, dy: 13 }),
+    value: svg("tspan", { class: "value" }),
+    goal: svg("tspan", { class: "goal" }),
   };
   const touch = svg("circle", { class: "touch", r: 18 });
-  part.label = svg("g", { class: "label" }, part.plate, part.name, part.value);
+  part.label = svg("g", { class: "label" }, part.plate, part.name, svg("text", { x: 6, dy: 27 }, part.value, part.goal));
   part.group = svg("g", { class: "sensor", "data-sensor": sensor.index }, touch, part.label, part.ring, part.mark, part.sign);
   part.name.textContent = sensor.name.length > 16 ? sensor.name.slice(0, 15) + "…" : sensor.name;
   homes.append(part.home);
@@ -376,6 +379,6 @@ function placeLabels(view, parts) {
     };
     const costs = boxes.map(cost), best = costs.indexOf(Math.min(...costs));
     placed.push(boxes[best]);
-    part.label.setAttribute("transform", `translate(${around[best].map(value => value.toFixed(1))})`);
+    part.label.setAttribute("transform", `translate(${around[best].map(value => value.toFixed(1)).join(" ")})`);
   });
 }

@@ -122,7 +122,7 @@ function chooseScale(found) {
   if ($("fit").checked) $("top").value = roundTop(most);
   const top = Number($("top").value) > 0 ? Number($("top").value) : roundTop(most);
   if (scale?.top === top && !redraw.legend) return;
-  scale = new Scale(top, view.width < 420 ? 5 : 8);
+  scale = new Scale(top, view.width < 420 ? 6 : 10);
   drawLegend(scale, colours);
 }
 
@@ -209,13 +209,13 @@ function showMark(sensor, part, value, kind) {
   part.home.setAttribute("cy", hy);
   part.sign.setAttribute("d", SIGNS[kind]);
   const goal = sensor.target === null ? "" : ` / ${lux(sensor.target)}`;
-  setText(part.value, `${lux(value)}${goal} lx`);
-  const width = Math.max(part.name.textContent.length * 6.4, part.value.textContent.length * 6.7) + 12;
+  setText(part.value, lux(value));
+  setText(part.goal, `${goal} lx`);
+  const letters = part.value.textContent.length + part.goal.textContent.length;
+  const width = Math.max(part.name.textContent.length, letters) * 6.6 + 12;
   if (Math.abs(width - (part.width ?? 0)) > 3) {
     part.width = Math.ceil(width / 8) * 8;
     part.plate.setAttribute("width", part.width);
-    part.name.setAttribute("x", 6);
-    part.value.setAttribute("x", 6);
     redraw.plates = true;
   }
   const asked = sensor.target === null ? "no target" : `target ${lux(sensor.target)} lx, ${{ met: "met", low: "too low", high: "too high" }[kind]}`;
