@@ -67,9 +67,8 @@ impl Room {
         let [columns, rows] = self.cells;
         let cells = columns * rows;
         let noisy = |i: usize, cell: usize| 1.0 + noise * scatter(i * cells + cell);
-        let layer = |i: usize| {
-            (0..cells).map(|cell| (self.light(i, self.place(cell, z)) * noisy(i, cell)) as f32).collect()
-        };
+        let layer =
+            |i: usize| (0..cells).map(|cell| (self.light(i, self.place(cell, z)) * noisy(i, cell)) as f32).collect();
         Map {
             name: name.into(),
             columns,
@@ -153,7 +152,8 @@ fn check(browser: &mut Browser, page: &Page<'_>) -> Vec<f64> {
     for (cell, (found, expected)) in found.iter().zip(&expected).enumerate() {
         assert!((found - expected).abs() <= MAP_ERROR + 1e-3, "cell {cell} has {found} lx, not {expected}");
     }
-    let shown = browser.evaluate("[...document.querySelectorAll('#sensors td:nth-child(2)')].map(td => td.textContent)");
+    let shown =
+        browser.evaluate("[...document.querySelectorAll('#sensors td:nth-child(2)')].map(td => td.textContent)");
     for (sensor, shown) in page.sensors.iter().zip(shown.as_array().expect("a list")) {
         let shown: f64 = shown.as_str().and_then(|lux| lux.parse().ok()).expect("a number");
         let expected = reading(sensor, &levels);
@@ -396,7 +396,9 @@ fn the_pages_solution_is_the_least_power() {
     let (mut browser, _) = open(&page, "least", WINDOW);
     let step = 0.01;
     let choices: Vec<f64> = [0.0].into_iter().chain((10..=100).map(|i| f64::from(i) * step)).collect();
-    for (targets, tolerance) in [([150.0, 120.0], None), ([100.0, 60.0], None), ([170.0, 170.0], None), ([140.0, 60.0], Some(25.0))] {
+    for (targets, tolerance) in
+        [([150.0, 120.0], None), ([100.0, 60.0], None), ([170.0, 170.0], None), ([140.0, 60.0], Some(25.0))]
+    {
         for (sensor, target) in page.sensors.iter_mut().zip(targets) {
             (sensor.target, sensor.tolerance) = (Some(target), tolerance);
         }

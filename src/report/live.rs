@@ -26,8 +26,8 @@ pub const MAP_ERROR: f64 = 0.5;
 /// The same for a sensor in its own place, lx.
 pub const SENSOR_ERROR: f64 = 0.01;
 
-/// Cells along and across that are put into one before luminaires are put together.
-const COARSEST: usize = 4;
+/// Cells along the longer side that a map keeps before luminaires are put together.
+const FEWEST_CELLS: usize = 30;
 
 const PAGE: &str = include_str!("live/page.html");
 const STYLE: &str = include_str!("live/page.css");
@@ -121,8 +121,8 @@ impl Page<'_> {
     /// Writes the page, no larger than [`MOST_BYTES`].
     ///
     /// The map errs by [`MAP_ERROR`] at most, sensors by [`SENSOR_ERROR`], as long as nothing has to be left out. Where the
-    /// page would be too large, blocks of 2 × 2, then 4 × 4 cells become one; then the luminaires of a group are put
-    /// together, with one slider each; then larger blocks. The page says so.
+    /// page would be too large, blocks of 2 × 2, 4 × 4 … cells become one, as long as 30 remain along the longer side; then
+    /// the luminaires of a group are put together under one slider, and cells again. The page says so.
     ///
     /// # Panics
     /// If a layer, mask or influence has another length than its plane or luminaires, or a value is not finite.
@@ -138,7 +138,8 @@ impl Page<'_> {
         let groups = units::groups(&self.luminaires);
         let most = self.planes.iter().map(|plane| plane.columns.max(plane.rows)).max().unwrap_or(1);
         let blocks = || std::iter::successors(Some(1), |block| Some(block * 2)).take_while(|&block| block < 2 * most);
-        let fine = blocks().take_while(|&block| block <= COARSEST).map(|block| (&single, block));
+        let fine =
+            blocks().take_while(|&block| block == 1 || most / block >= FEWEST_CELLS).map(|block| (&single, block));
         let coarse = blocks().map(|block| (&groups, block));
         let mut html = String::new();
         for (units, block) in fine.chain(coarse) {
@@ -178,7 +179,8 @@ impl Page<'_> {
         let mut packer = Packer::default();
         let planes = self.planes.iter().map(|plane| PlaneData::pack(plane, units, block, &mut packer)).collect();
         let step = layers::step(SENSOR_ERROR, units.len());
-        let influence: Vec<f64> = self.sensors.iter().flat_map(|sensor| units::sums(units, &sensor.influence)).collect();
+        let influence: Vec<f64> =
+            self.sensors.iter().flat_map(|sensor| units::sums(units, &sensor.influence)).collect();
         if !influence.is_empty() {
             packer.add(&influence, units.len(), step, |_| true);
         }

@@ -54,8 +54,7 @@ impl Browser {
 
     fn attach(&mut self, folder: &Path, [width, height]: [u32; 2]) {
         let target = self.call("Target.createTarget", json!({ "url": "about:blank" }));
-        let session = self
-            .call("Target.attachToTarget", json!({ "targetId": target["targetId"], "flatten": true }));
+        let session = self.call("Target.attachToTarget", json!({ "targetId": target["targetId"], "flatten": true }));
         self.session = session["sessionId"].as_str().map(str::to_owned);
         for domain in ["Page", "Network", "Runtime", "DOM"] {
             self.call(&format!("{domain}.enable"), json!({}));
@@ -247,7 +246,8 @@ impl Drop for Browser {
 
 /// Starts Chromium with its protocol on the descriptors 3 and 4, which a shell makes of our pipes.
 fn start(profile: &Path) -> Child {
-    let program = std::env::var("CHROMIUM").ok().or_else(|| NAMES.iter().find(|name| is_there(name)).map(|&s| s.into()));
+    let program =
+        std::env::var("CHROMIUM").ok().or_else(|| NAMES.iter().find(|name| is_there(name)).map(|&s| s.into()));
     let program = program.expect("Chromium is installed: scripts/setup.sh chromium");
     let redirect = "exec \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1";
     Command::new("sh")

@@ -133,7 +133,8 @@ mod tests {
     #[test]
     fn layers_come_back_within_the_error() {
         let (columns, rows) = (17, 9);
-        let layer = |scale: f64| move |i: usize| scale * (1.3 + (0.37 * i as f64).sin() + (0.011 * (i * i) as f64).cos());
+        let layer =
+            |scale: f64| move |i: usize| scale * (1.3 + (0.37 * i as f64).sin() + (0.011 * (i * i) as f64).cos());
         for scale in [1e-3, 1.0, 500.0, 120_000.0, -3.0] {
             let step = step(super::super::MAP_ERROR, 300);
             let values: Vec<f64> = (0..columns * rows).map(layer(scale)).collect();

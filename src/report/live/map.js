@@ -335,7 +335,7 @@ const SIGNS = { met: "M-3.4 .2 L-1 2.7 L3.5 -2.4", low: "M0 -3.6 V3.2 M-3 .4 L0 
 /** A sensor's mark and plate, once; they are filled and moved later. */
 function sensorMark(sensor, layer, homes) {
   const part = {
-    home: svg("circle", { class: "home", r: 7, cx: -99, cy: -99 }),
+    home: svg("circle", { class: "home", r: 7 }),
     ring: svg("circle", { class: "ring", r: 12 }),
     mark: svg("circle", { class: "mark", r: 7.5 }),
     sign: svg("path", { class: "sign" }),

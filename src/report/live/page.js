@@ -194,6 +194,7 @@ function showSensors() {
 }
 
 const setText = (element, content) => { if (element.textContent !== content) element.textContent = content; };
+const setAttribute = (element, name, value) => { if (element.getAttribute(name) !== value) element.setAttribute(name, value); };
 
 function showMark(sensor, part, value, kind) {
   const own = scene.planes[sensor.plane];
@@ -202,12 +203,12 @@ function showMark(sensor, part, value, kind) {
   part.home.style.display = part.at && sensor.moved ? "" : "none";
   if (!part.at) return;
   const free = own === plane;
-  part.group.setAttribute("class", `sensor ${kind} ${free ? "free" : ""} ${part.held ? "held" : ""} ${own && !free ? "elsewhere" : ""}`);
-  part.group.setAttribute("transform", `translate(${part.at.map(x => x.toFixed(1))})`);
+  const place = free ? "free" : own ? "elsewhere" : "";
+  setAttribute(part.group, "class", `sensor ${kind} ${place} ${part.held ? "held" : ""}`);
+  setAttribute(part.group, "transform", `translate(${part.at.map(x => x.toFixed(1)).join(" ")})`);
   const [hx, hy] = view.pixel(flat(plane, sensor.position));
-  part.home.setAttribute("cx", hx);
-  part.home.setAttribute("cy", hy);
-  part.sign.setAttribute("d", SIGNS[kind]);
+  setAttribute(part.home, "transform", `translate(${hx.toFixed(1)} ${hy.toFixed(1)})`);
+  setAttribute(part.sign, "d", SIGNS[kind]);
   const goal = sensor.target === null ? "" : ` / ${lux(sensor.target)}`;
   setText(part.value, lux(value));
   setText(part.goal, `${goal} lx`);
@@ -219,7 +220,7 @@ function showMark(sensor, part, value, kind) {
     redraw.plates = true;
   }
   const asked = sensor.target === null ? "no target" : `target ${lux(sensor.target)} lx, ${{ met: "met", low: "too low", high: "too high" }[kind]}`;
-  part.group.setAttribute("aria-label", `Sensor ${sensor.name}: ${lux(value)} lx, ${asked}${free ? "; arrow keys move it" : ""}`);
+  setAttribute(part.group, "aria-label", `Sensor ${sensor.name}: ${lux(value)} lx, ${asked}${free ? "; arrow keys move it" : ""}`);
 }
 
 // --- controls --------------------------------------------------------------------------------------------------------
@@ -392,7 +393,6 @@ function makeDraggable(sensor, part) {
     part.held = pointerPixel(event).map((x, i) => x - part.at[i]);
     group.setPointerCapture(event.pointerId);
     group.focus({ focusVisible: false });
-    group.parentNode.append(group); // above the others
     event.preventDefault();
   });
   group.addEventListener("pointermove", event => {
@@ -467,8 +467,9 @@ function tell({ levels, short }, how) {
     return say(`Targets met with ${power(watts)}${share}; ${how}.`, "good");
   }
   const each = short.slice(0, 5).map(({ sensor, value, most }) => {
-    const wanted = `${sensor.name} ${lux(value)} of ${lux(sensor.target)} lx`;
-    return most < sensor.target ? `${wanted} (at most ${lux(most)})` : wanted;
+    const exact = Math.abs(sensor.target - value) < 1 ? number => number.toFixed(1) : lux;
+    const wanted = `${sensor.name} ${exact(value)} of ${exact(sensor.target)} lx`;
+    return most < sensor.target ? `${wanted} (at most ${exact(most)})` : wanted;
   });
   const more = short.length > 5 ? `, and ${short.length - 5} more` : "";
   return say(`Not all targets can be met: ${each.join(", ")}${more}. This is as near as they get; ${how}.`, "bad");
