@@ -46,7 +46,7 @@ impl Packer {
 
     /// All of it, deflated, in base64.
     pub(super) fn finish(self) -> String {
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
         let deflated = encoder.write_all(&self.bytes).and_then(|()| encoder.finish());
         BASE64.encode(deflated.expect("memory takes what is written"))
     }
