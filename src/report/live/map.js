@@ -186,12 +186,12 @@ function contours(values, mask, columns, rows, level) {
 const lengthOf = line => line.reduce((sum, p, i) => (i ? sum + Math.hypot(p[0] - line[i - 1][0], p[1] - line[i - 1][1]) : 0), 0);
 
 /** Where a label stands on a line: flat, inside, apart from the others, near where it was; null if nowhere. */
-function labelPlace(line, size, isInside, taken, before) {
+function labelPlace(line, size, isFree, taken, before) {
   let best = null, least = Infinity;
   const stride = Math.max(1, Math.floor(line.length / 60));
   for (let i = 0; i < line.length; i += stride) {
     const [x, y] = line[i];
-    if (!isInside([x - size[0], y - size[1]]) || !isInside([x + size[0], y + size[1]])) continue;
+    if (!isFree([x, y], size)) continue;
     if (taken.some(([tx, ty]) => Math.abs(tx - x) < size[0] + 24 && Math.abs(ty - y) < size[1] + 24)) continue;
     const reach = line[Math.min(i + 3, line.length - 1)], from = line[Math.max(i - 3, 0)];
     const slope = Math.abs(reach[1] - from[1]) / (Math.hypot(reach[0] - from[0], reach[1] - from[1]) || 1);
@@ -213,6 +213,8 @@ function drawLines(context, view, scale, colours) {
   context.textBaseline = "middle";
   const toPixel = ([x, y]) => view.at([(x + 0.5) / columns, (y + 0.5) / rows]);
   const isInside = pixel => view.shares(pixel).every(share => share >= 0 && share <= 1);
+  const isFree = ([x, y], [w, h]) => isInside([x - w, y - h]) && isInside([x + w, y + h])
+    && view.bodies.every(([x0, y0, x1, y1]) => x + w < x0 || x - w > x1 || y + h < y0 || y - h > y1);
   const written = [];
   for (const level of scale.ticks().slice(1)) {
     const index = scale.index(level), ink = colours.isBright[index] ? "#0a0a0a" : "#ffffff";
@@ -226,7 +228,7 @@ function drawLines(context, view, scale, colours) {
     const label = scale.label(level), size = [context.measureText(label).width / 2 + 4, 8], places = [];
     const longest = lines.map(line => ({ line, long: lengthOf(line) })).filter(({ long }) => long > 8 * size[0]);
     for (const { line } of longest.sort((a, b) => b.long - a.long).slice(0, 4)) {
-      const place = labelPlace(line, size, isInside, taken, labelsBefore.get(level) ?? []);
+      const place = labelPlace(line, size, isFree, taken, labelsBefore.get(level) ?? []);
       if (!place) continue;
       taken.push(place);
       places.push(place);
@@ -297,14 +299,20 @@ function drawLegend(scale, colours) {
 
 // --- luminaires and sensors in the plan ------------------------------------------------------------------------------
 
+/** More luminaires than this may cover labels. */
+const MOST_BODIES = 60;
+
 /** Outlines of the luminaires; returns for each what shows its level. */
 function drawLamps(view, lamps, layer) {
   layer.replaceChildren();
+  view.bodies = [];
   return lamps.map(lamp => {
     const group = svg("g", { class: "lamp", "data-lamp": lamp.index }, svg("title", {}));
     for (const outline of isLevel(view.plane) ? lamp.outlines : []) {
       const points = outline.map(point => view.pixel(point));
-      const middle = [0, 1].map(i => (Math.min(...points.map(p => p[i])) + Math.max(...points.map(p => p[i]))) / 2);
+      const [low, high] = [Math.min, Math.max].map(end => [0, 1].map(i => end(...points.map(p => p[i]))));
+      const middle = [0, 1].map(i => (low[i] + high[i]) / 2);
+      if (lamps.length <= MOST_BODIES) view.bodies.push([...low, ...high]);
       const extent = Math.max(...points.map(p => Math.hypot(p[0] - middle[0], p[1] - middle[1])));
       const [cx, cy] = middle;
       if (extent < 11) group.append(svg("circle", { class: "touch", cx, cy, r: 13 }));

@@ -97,6 +97,7 @@ function render() {
   }
   showLevels();
   showSensors();
+  showPointer();
   redraw = {};
 }
 
@@ -155,7 +156,7 @@ function showLevels() {
   const watts = totalWatts(scene.luminaires, scene.levels);
   $("watts").textContent = power(watts);
   const share = scene.fullPower > 0 ? watts / scene.fullPower : 0;
-  $("share").textContent = `${(100 * share).toFixed(1)} % of ${power(scene.fullPower)} at full output`;
+  $("share").textContent = `${(100 * share).toFixed(1)} % of full ${power(scene.fullPower)}`;
   $("meter").style.transform = `scaleX(${clamp(share, 0, 1)})`;
 }
 
@@ -416,13 +417,17 @@ function pointerPixel(event) {
   return [event.clientX - box.left, event.clientY - box.top];
 }
 
+/** Where the pointer is over the map, pixels; null elsewhere. */
+let pointer = null;
+
 /** E under the pointer. */
-function showPointer(event) {
-  const place = plane && view ? view.shares(pointerPixel(event)) : [-1, -1];
+function showPointer() {
+  const place = pointer && view ? view.shares(pointer) : [-1, -1];
   const inside = place.every(share => share >= 0 && share <= 1);
   const corners = inside && around(plane, place);
   const [x, y] = inside ? flat(plane, world(plane, place)) : [];
-  $("pointer").textContent = inside ? `(${x.toFixed(2)}, ${y.toFixed(2)}) m: ${corners ? `${lux(weighted(plane.sum, corners))} lx` : "no light here"}` : "";
+  const shown = inside ? `(${x.toFixed(2)}, ${y.toFixed(2)}) m: ${corners ? `${lux(weighted(plane.sum, corners))} lx` : "no light here"}` : "";
+  setText($("pointer"), shown);
 }
 
 function choosePlane(index) {
@@ -574,8 +579,8 @@ function connect() {
   on("lines", schedule, "change");
   on("fit", schedule, "change");
   on("top", () => { $("fit").checked = false; schedule(); }, "input");
-  on("stage", showPointer, "pointermove");
-  on("stage", () => { $("pointer").textContent = ""; }, "pointerleave");
+  on("stage", event => { pointer = pointerPixel(event); showPointer(); }, "pointermove");
+  on("stage", () => { pointer = null; showPointer(); }, "pointerleave");
   document.addEventListener("keydown", onKey);
   document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("drop"); });
   document.addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("drop"); });

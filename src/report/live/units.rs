@@ -37,8 +37,8 @@ pub(super) fn groups(lamps: &[Lamp]) -> Vec<Unit<'_>> {
         }
         of_group.push(index);
     }
-    let mut unit = |name| Unit::of(name, lamps, members.remove(name).unwrap_or_default());
-    names.into_iter().map(|name| unit(name)).collect()
+    let unit = |name| Unit::of(name, lamps, members.remove(name).unwrap_or_default());
+    names.into_iter().map(unit).collect()
 }
 
 /// Sums of a value of each luminaire over each unit.
