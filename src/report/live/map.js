@@ -213,8 +213,9 @@ function drawLines(context, view, scale, colours) {
   context.textBaseline = "middle";
   const toPixel = ([x, y]) => view.at([(x + 0.5) / columns, (y + 0.5) / rows]);
   const isInside = pixel => view.shares(pixel).every(share => share >= 0 && share <= 1);
+  const covers = [...view.bodies, ...view.plates];
   const isFree = ([x, y], [w, h]) => isInside([x - w, y - h]) && isInside([x + w, y + h])
-    && view.bodies.every(([x0, y0, x1, y1]) => x + w < x0 || x - w > x1 || y + h < y0 || y - h > y1);
+    && covers.every(([x0, y0, x1, y1]) => x + w < x0 || x - w > x1 || y + h < y0 || y - h > y1);
   const written = [];
   for (const level of scale.ticks().slice(1)) {
     const index = scale.index(level), ink = colours.isBright[index] ? "#0a0a0a" : "#ffffff";
@@ -306,6 +307,7 @@ const MOST_BODIES = 60;
 function drawLamps(view, lamps, layer) {
   layer.replaceChildren();
   view.bodies = [];
+  view.plates = [];
   return lamps.map(lamp => {
     const group = svg("g", { class: "lamp", "data-lamp": lamp.index }, svg("title", {}));
     for (const outline of isLevel(view.plane) ? lamp.outlines : []) {
@@ -389,4 +391,5 @@ function placeLabels(view, parts) {
     placed.push(boxes[best]);
     part.label.setAttribute("transform", `translate(${around[best].map(value => value.toFixed(1)).join(" ")})`);
   });
+  view.plates = plan.classList.contains("dense") ? [] : placed;
 }

@@ -191,7 +191,10 @@ function showSensors() {
     row.back.hidden = !sensor.moved;
     if (plane) showMark(sensor, marks[index], value, kind);
   });
-  if (redraw.plates && plane) placeLabels(view, marks);
+  if (redraw.plates && plane) {
+    placeLabels(view, marks);
+    schedule(); // labels of isolux lines keep off the plates
+  }
 }
 
 const setText = (element, content) => { if (element.textContent !== content) element.textContent = content; };
@@ -214,10 +217,10 @@ function showMark(sensor, part, value, kind) {
   setText(part.value, lux(value));
   setText(part.goal, `${goal} lx`);
   const letters = part.value.textContent.length + part.goal.textContent.length;
-  const width = Math.max(part.name.textContent.length, letters) * 6.6 + 12;
-  if (Math.abs(width - (part.width ?? 0)) > 3) {
-    part.width = Math.ceil(width / 8) * 8;
-    part.plate.setAttribute("width", part.width);
+  const width = 8 * Math.ceil((Math.max(part.name.textContent.length, letters) * 6.6 + 12) / 8);
+  if (width !== part.width) {
+    part.width = width;
+    part.plate.setAttribute("width", width);
     redraw.plates = true;
   }
   const asked = sensor.target === null ? "no target" : `target ${lux(sensor.target)} lx, ${{ met: "met", low: "too low", high: "too high" }[kind]}`;
