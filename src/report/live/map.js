@@ -374,8 +374,8 @@ function sensorPixel(view, sensor, plane) {
 
 /** Puts each plate beside its mark where it covers least of the others. */
 function placeLabels(view, parts) {
-  const shown = parts.filter(part => part.at);
-  const marks = shown.map(({ at: [x, y] }) => [x - 10, y - 10, x + 10, y + 10]);
+  const shown = parts.filter(part => part.at), isDense = plan.classList.contains("dense"); // then one is seen at a time
+  const marks = (isDense ? [] : shown).map(({ at: [x, y] }) => [x - 10, y - 10, x + 10, y + 10]);
   const overlap = (a, b) => Math.max(0, Math.min(a[2], b[2]) - Math.max(a[0], b[0])) * Math.max(0, Math.min(a[3], b[3]) - Math.max(a[1], b[1]));
   const placed = [];
   shown.forEach((part, index) => {
@@ -388,8 +388,8 @@ function placeLabels(view, parts) {
       return 40 * outside + 3 * others + marks.reduce((sum, mark, i) => sum + (i === index ? 0 : 3 * overlap(box, mark)), 0) + rank;
     };
     const costs = boxes.map(cost), best = costs.indexOf(Math.min(...costs));
-    placed.push(boxes[best]);
+    if (!isDense) placed.push(boxes[best]);
     part.label.setAttribute("transform", `translate(${around[best].map(value => value.toFixed(1)).join(" ")})`);
   });
-  view.plates = plan.classList.contains("dense") ? [] : placed;
+  view.plates = placed;
 }
