@@ -1,5 +1,5 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
-.PHONY: setup build demo test test-mpi bench check-exr check-blender clean
+.PHONY: setup build demo test test-mpi test-live bench check-exr check-blender clean
 
 # Embree 4 and libclang; does nothing once they are there.
 setup:
@@ -16,12 +16,21 @@ test: setup
 	cargo clippy --all-targets -- -D warnings
 	cargo test
 	@$(MAKE) --no-print-directory test-mpi
+	@$(MAKE) --no-print-directory test-live
 
 # Passes spread over MPI processes. Left out, and said so, where OpenMPI is missing and only root could install it.
 test-mpi: setup
 	@scripts/setup.sh mpi; case $$? in \
 	  0) cargo clippy --features mpi --test mpi -- -D warnings && cargo test --features mpi --test mpi ;; \
 	  77) echo "MPI is not tested" ;; \
+	  *) exit 1 ;; \
+	esac
+
+# The live page in headless Chromium. Left out, and said so, where Chromium is missing and only root could install it.
+test-live: setup
+	@scripts/setup.sh chromium; case $$? in \
+	  0) cargo test --test live -- --ignored ;; \
+	  77) echo "the live page is not tested in a browser" ;; \
 	  *) exit 1 ;; \
 	esac
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes ready what build.rs needs: Embree 4, libclang (bindgen reads Embree's header with it) and a C linker.
 # A second run finds everything in place and does nothing. Works as root and, once libclang is there, as a plain user.
-# With the argument `mpi`: also OpenMPI, for the feature `mpi`; exit code 77 where only root could install it.
+# With the argument `mpi`: also OpenMPI, for the feature `mpi`; with `chromium`: also a browser for the tests of the live page.
+# Exit code 77 where only root could install them.
 set -euo pipefail
 shopt -s nullglob
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -120,6 +121,17 @@ if [[ ${1:-} == mpi ]] && ! { has mpicc && has mpirun; }; then
         install libopenmpi-dev openmpi-bin
     else
         say "please have root run \"apt-get install libopenmpi-dev openmpi-bin\", or put another MPI's mpicc and mpirun on the PATH"
+        exit 77
+    fi
+fi
+
+have_chromium() { has "${CHROMIUM:-chromium}" || has chromium-browser || has google-chrome || has google-chrome-stable; }
+
+if [[ ${1:-} == chromium ]] && ! have_chromium; then
+    if has apt-get && is_root; then
+        install chromium
+    else
+        say "please have root run \"apt-get install chromium\", or set CHROMIUM to the program of another Chromium"
         exit 77
     fi
 fi

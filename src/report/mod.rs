@@ -14,6 +14,7 @@ pub(crate) mod file;
 pub mod html;
 pub mod image;
 pub mod json;
+pub mod live;
 pub mod luminaire;
 pub(crate) mod npy;
 pub(crate) mod number;
