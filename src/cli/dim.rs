@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
+use super::influence::Found;
 use super::render::{self, Job, layers};
 use super::signals::end_after_pass;
 use super::{Outcome, complain, influence, print};
-use crate::dimming::{Answer, Goal, Influence, Levels, solve};
+use crate::dimming::{Answer, Goal, Influence, Levels, page, solve};
 use crate::error::Error;
 use crate::render::Keeping;
 use crate::report::{self, Claim, Results, dimming};
@@ -34,16 +35,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
     let options = &arguments.run;
     let folder = influence::folder(options, "dim");
-    let (claim, matrix) = match &arguments.influence {
-        Some(path) => (None, Influence::read(path)?),
+    let (matrix, found) = match &arguments.influence {
+        Some(path) => (Influence::read(path)?, None),
         None => {
-            let (claim, matrix, _) = influence::found(options, &folder)?;
-            (Some(claim), matrix)
+            let found = influence::found(options, &folder)?;
+            (found.influence.clone(), Some(found))
         }
     };
     let goal = if arguments.closest { Goal::Closest } else { Goal::LeastPower };
     let answer = solve(&matrix, goal)?;
-    let _claim = claim.map_or_else(|| Claim::of(&folder), Ok)?;
+    let _claim = if found.is_none() { Some(Claim::of(&folder)?) } else { None };
     let names = matrix.luminaires.iter().map(|luminaire| luminaire.name.clone());
     let levels = Levels::new(names.zip(answer.levels.iter().copied()));
 
@@ -68,6 +69,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         ("power_bound", json!(answer.bound)),
         ("sensors", sensors(&matrix, &answer, verified.as_ref())),
     ];
+    // Layers of the maps are known where the matrix was computed here.
+    if let Some(Found { scene, results, .. }) = &found {
+        let path = folder.join("live.html");
+        page::write(scene, &matrix, results, Some(&answer), &path)?;
+        written.push(path);
+    }
     let path = folder.join("dimming.json");
     levels.write(&path, &about)?;
     written.push(path);

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use super::render::{self, Job, layers, stem};
 use super::signals::end_after_pass;
 use super::{Outcome, complain, print};
-use crate::dimming::Influence;
+use crate::dimming::{Influence, page};
 use crate::error::Error;
 use crate::render::Keeping;
 use crate::report::{self, Claim, Results, dimming};
+use crate::scene::Scene;
 
 /// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
 /// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
@@ -23,9 +24,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let arguments = &arguments.run;
     end_after_pass();
     let folder = folder(arguments, "influence");
-    let (_claim, influence, results) = found(arguments, &folder)?;
+    let Found { _claim, scene, influence, results } = found(arguments, &folder)?;
     let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
     written.extend(influence.write(&folder)?);
+    written.push(folder.join("live.html"));
+    page::write(&scene, &influence, &results, None, &folder.join("live.html"))?;
     if arguments.json {
         print(&format!("{}\n", influence.json()))?;
     } else {
@@ -45,9 +48,16 @@ pub(super) fn folder(arguments: &render::Arguments, command: &str) -> PathBuf {
     })
 }
 
-/// The matrix, and the run that found it: maps of all luminaires at full output, each a light group. The folder for results is
-/// claimed once it is clear that there will be some.
-pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<(Claim, Influence, Results), Error> {
+/// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.
+pub(super) struct Found {
+    pub(super) _claim: Claim,
+    pub(super) scene: Scene,
+    pub(super) influence: Influence,
+    pub(super) results: Results,
+}
+
+/// Computes the matrix. The folder for results is claimed once it is clear that there will be some.
+pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<Found, Error> {
     if let Some(path) = &arguments.dimming {
         let found = format!("--dimming {}", path.display());
         return Err(Error::Usage(format!("found {found}, expected none: every luminaire is taken at full output")));
@@ -57,7 +67,8 @@ pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<(Cla
         let scene = arguments.scene.display();
         return Err(Error::Usage(format!("{scene}: found no sensor, expected a [[sensor]] that luminaires influence")));
     }
-    let claim = Claim::of(folder)?;
+    let _claim = Claim::of(folder)?;
     let results = job.run(arguments.threads, arguments.quiet, &Keeping::default())?.expect("who is alone leads");
-    Ok((claim, Influence::of(job.scene(), groups, &results), results))
+    let influence = Influence::of(job.scene(), groups, &results);
+    Ok(Found { _claim, scene: job.scene().clone(), influence, results })
 }

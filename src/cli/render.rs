@@ -10,7 +10,7 @@ use clap::{Args as _, FromArgMatches as _};
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, print};
-use crate::dimming::{Levels, influence};
+use crate::dimming::{Influence, Levels, influence, page};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
 use crate::render::launched;
@@ -100,6 +100,9 @@ pub(super) struct Arguments {
     /// Dim luminaires as this file says, which luxmap dim and the live page write: {"dimming": {"L[1,1]": 0.42}}.
     #[arg(long, value_name = "FILE", help = "Dim luminaires as this file of luxmap dim or the live page says")]
     pub(super) dimming: Option<PathBuf>,
+    /// Write live.html too: a page in which each luminaire is dimmed and the maps follow.
+    #[arg(long)]
+    live: bool,
     /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
     #[arg(long)]
     groups: bool,
@@ -112,6 +115,16 @@ pub(super) struct Arguments {
     /// No progress on stderr.
     #[arg(long, short)]
     pub(super) quiet: bool,
+}
+
+impl Arguments {
+    /// The levels asked for.
+    fn dimming(&self) -> Result<Dimming, Error> {
+        Ok(match &self.dimming {
+            Some(path) => Dimming::Levels(Levels::read(path)?),
+            None => Dimming::AsWritten,
+        })
+    }
 }
 
 /// The parser of these arguments, by itself.
@@ -172,6 +185,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(Error::Usage(format!("found {found} MPI processes, expected a luxmap built with --features mpi")));
     }
     end_after_pass();
+    if arguments.live {
+        return live(arguments);
+    }
     finish(arguments, prepare(arguments, true)?, &Alone)
 }
 
@@ -205,6 +221,28 @@ fn prepare(arguments: &Arguments, leads: bool) -> Result<Prepared, Error> {
     let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
     let claim = leads.then(|| Claim::of(&folder)).transpose()?;
     Ok(Prepared { job, folder, _claim: claim })
+}
+
+/// Renders with every luminaire told apart, and writes the page beside what is asked for.
+fn live(arguments: &Arguments) -> Result<Outcome, Error> {
+    let asked = |scene: &Scene| arguments.groups || scene.render.groups == Some(true);
+    let (mut scene, load_seconds) = load(&arguments.scene, &arguments.dimming()?)?;
+    let groups_asked = asked(&scene);
+    let groups = influence::tell_apart(&mut scene);
+    scene.render.groups = Some(true);
+    let job = Job::of_scene(arguments, scene, load_seconds)?;
+    let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
+    let _claim = Claim::of(&folder)?;
+    let keeping = Keeping { checkpoint: arguments.checkpoint.as_deref(), ..Default::default() };
+    let mut results = job.run(arguments.threads, arguments.quiet, &keeping)?.expect("who is alone leads");
+    let matrix = Influence::of(&job.scene, groups, &results);
+    page::write(&job.scene, &matrix, &results, None, &folder.join("live.html"))?;
+    if !groups_asked {
+        results.run.groups.clear();
+        results.maps.iter_mut().for_each(|map| map.groups.clear());
+        results.sensors.iter_mut().for_each(|sensor| sensor.groups.clear());
+    }
+    write(&results, &folder, &layers(&arguments.layers), arguments.json, arguments.check)
 }
 
 /// What to do, and the folder for what is found.
@@ -258,11 +296,7 @@ pub(super) struct Job {
 impl Job {
     /// What the arguments ask for.
     pub(super) fn of(arguments: &Arguments) -> Result<Self, Error> {
-        let dimming = match &arguments.dimming {
-            Some(path) => Dimming::Levels(Levels::read(path)?),
-            None => Dimming::AsWritten,
-        };
-        Self::dimmed(arguments, &dimming)
+        Self::dimmed(arguments, &arguments.dimming()?)
     }
 
     /// The same with luminaires at other levels.

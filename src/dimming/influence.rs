@@ -77,14 +77,15 @@ pub fn tell_apart(scene: &mut Scene) -> Vec<String> {
 }
 
 impl Influence {
-    /// What a run has found of a scene whose luminaires are at full output and told apart; `groups` are those they were in.
+    /// What a run has found of a scene whose luminaires are told apart; `groups` are those they were in. Where a luminaire was
+    /// dimmed, what it would bring at full output.
     pub fn of(scene: &Scene, groups: Vec<String>, results: &Results) -> Self {
         let count = scene.luminaires.len();
         let dimmable = |(luminaire, group): (&Luminaire, String)| Dimmable {
             name: luminaire.name.clone(),
             group,
-            flux: luminaire.flux.0,
-            candela: Some(axial_intensity(luminaire)).filter(|candela| *candela > 0.0),
+            flux: luminaire.flux.0 / luminaire.supply.level,
+            candela: Some(axial_intensity(luminaire) / luminaire.supply.level).filter(|candela| *candela > 0.0),
             supply: luminaire.supply.clone(),
         };
         let sensors = scene.sensors.iter().map(|sensor| Place {
@@ -96,12 +97,13 @@ impl Influence {
             daylight: sensor.daylight,
         });
         // A single luminaire is the whole; groups of one are not told apart.
-        let row = |value: &dyn Fn(usize) -> f64| (0..count).map(value).collect::<Vec<f64>>();
+        let at_full = |i: usize, lux: f64| lux / scene.luminaires[i].supply.level;
+        let row = |value: &dyn Fn(usize) -> f64| (0..count).map(|i| at_full(i, value(i))).collect::<Vec<f64>>();
         let (lux, standard_error) = results
             .sensors
             .iter()
             .map(|reading| match reading.groups.as_slice() {
-                [] => (vec![reading.illuminance; count], vec![reading.standard_error; count]),
+                [] => (row(&|_| reading.illuminance), row(&|_| reading.standard_error)),
                 groups => (row(&|i| groups[i].illuminance), row(&|i| groups[i].standard_error)),
             })
             .unzip();

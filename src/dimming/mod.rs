@@ -3,6 +3,7 @@
 
 pub mod influence;
 mod levels;
+pub mod page;
 mod solve;
 
 pub use influence::Influence;

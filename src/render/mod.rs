@@ -41,6 +41,7 @@ use crate::scene::{PlaneKind, Scene};
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
+pub(crate) use results::corners;
 pub use team::{Alone, Team, launched};
 
 /// Which tree holds the photons.

@@ -280,35 +280,32 @@ fn left_out<const C: usize>(places: &[Place<C>]) -> [f64; 2] {
 /// Outlines of the flat openings, in metres along and across the plane.
 pub(super) fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2]>> {
     let (along, across) = (plane.along.normalize(), plane.across.normalize());
-    let flat = |corners: &[DVec3]| -> Vec<[f64; 2]> {
-        corners
-            .iter()
-            .map(|&corner| [(corner - plane.corner).dot(along), (corner - plane.corner).dot(across)])
-            .collect()
-    };
-    scene
-        .luminaires
-        .iter()
-        .flat_map(|luminaire| match &luminaire.opening {
-            Opening::Point { .. } => Vec::new(),
-            Opening::Rectangle { centre, half_width: w, half_depth: d } => {
-                vec![flat(&[*centre - *w - *d, *centre + *w - *d, *centre + *w + *d, *centre - *w + *d])]
-            }
-            Opening::Disc { centre, aim, radius } => {
-                let (x, y) = aim.any_orthonormal_pair();
-                vec![flat(&rim(*centre, x * *radius, y * *radius))]
-            }
-            Opening::Ellipse { centre, half_width, half_depth } => vec![flat(&rim(*centre, *half_width, *half_depth))],
-            Opening::Body(body) => {
-                // As seen from so far that rays are parallel.
-                let eye = body.centre + plane.normal() * (1e7 * body.radius());
-                let mut outline = Vec::new();
-                body.outline(eye, &mut outline);
-                vec![flat(&outline.iter().map(|corner| eye + *corner).collect::<Vec<_>>())]
-            }
-            Opening::Triangles(triangles) => triangles.iter().map(|corners| flat(corners)).collect(),
-        })
-        .collect()
+    let flat = |corner: DVec3| [(corner - plane.corner).dot(along), (corner - plane.corner).dot(across)];
+    let of = |luminaire: &Luminaire| corners(&luminaire.opening, plane.normal());
+    scene.luminaires.iter().flat_map(of).map(|outline| outline.into_iter().map(flat).collect()).collect()
+}
+
+/// Polygons that bound an opening as seen from far away in direction `from`, local coordinates, m; none of a point.
+pub(crate) fn corners(opening: &Opening, from: DVec3) -> Vec<Vec<DVec3>> {
+    match opening {
+        Opening::Point { .. } => Vec::new(),
+        Opening::Rectangle { centre, half_width: w, half_depth: d } => {
+            vec![vec![*centre - *w - *d, *centre + *w - *d, *centre + *w + *d, *centre - *w + *d]]
+        }
+        Opening::Disc { centre, aim, radius } => {
+            let (x, y) = aim.any_orthonormal_pair();
+            vec![rim(*centre, x * *radius, y * *radius)]
+        }
+        Opening::Ellipse { centre, half_width, half_depth } => vec![rim(*centre, *half_width, *half_depth)],
+        Opening::Body(body) => {
+            // As seen from so far that rays are parallel.
+            let eye = body.centre + from * (1e7 * body.radius());
+            let mut outline = Vec::new();
+            body.outline(eye, &mut outline);
+            vec![outline.into_iter().map(|corner| eye + corner).collect()]
+        }
+        Opening::Triangles(triangles) => triangles.iter().map(|corners| corners.to_vec()).collect(),
+    }
 }
 
 /// An ellipse in 48 corners.
