@@ -104,6 +104,7 @@ impl Room {
         Page {
             title: "Office & test <b>",
             about: "Closed forms.".into(),
+            unit: "W",
             luminaires: self.lamps.iter().enumerate().map(lamp).collect(),
             planes: planes.iter().map(|&(name, z)| self.map(name, z, noise)).collect(),
             sensors: self.sensors.iter().enumerate().map(sensor).collect(),

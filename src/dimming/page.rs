@@ -23,6 +23,13 @@ pub fn write(
     optimum: Option<&Answer>,
     path: &Path,
 ) -> Result<(), Error> {
+    // Planes along which sensors move come first: that is where people look.
+    let serves = |map: &&IlluminanceMap| {
+        let on = |place: &super::influence::Place| lies_on(map, place.position.into(), place.normal.into());
+        !matrix.sensors.iter().any(on)
+    };
+    let mut maps: Vec<&IlluminanceMap> = results.maps.iter().collect();
+    maps.sort_by_key(serves);
     let level = |lamp: usize| matrix.luminaires[lamp].supply.level;
     let lamp = |(number, luminaire): (usize, &Luminaire)| {
         let known = &matrix.luminaires[number];
@@ -61,7 +68,7 @@ pub fn write(
         Sensor {
             name: place.name.clone(),
             position: place.position,
-            plane: results.maps.iter().position(|map| lies_on(map, position, normal)),
+            plane: maps.iter().position(|map| lies_on(map, position, normal)),
             influence: matrix.lux[number].clone(),
             offset: place.daylight,
             target: place.target,
@@ -76,8 +83,9 @@ pub fn write(
     let page = Page {
         title: &matrix.scene,
         about: format!("{}; daylight is in the sensors only.{unit}", table::method(&results.run)),
+        unit: matrix.power_unit(),
         luminaires: scene.luminaires.iter().enumerate().map(lamp).collect(),
-        planes: results.maps.iter().map(map).collect(),
+        planes: maps.iter().map(|known| map(known)).collect(),
         sensors: (0..matrix.sensors.len()).map(sensor).collect(),
         optimum: optimum.filter(|answer| answer.missed.is_empty()).map(|answer| answer.levels.clone()),
     };

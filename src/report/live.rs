@@ -45,6 +45,8 @@ pub struct Page<'a> {
     pub title: &'a str,
     /// How the layers were computed, in a sentence.
     pub about: String,
+    /// Unit of what luminaires draw: W, or what stands for it.
+    pub unit: &'a str,
     /// What can be dimmed.
     pub luminaires: Vec<Lamp>,
     /// Measuring planes; the first is shown first.
@@ -187,6 +189,7 @@ impl Page<'_> {
         let merged = units.len() < self.luminaires.len();
         let scene = SceneData {
             about: &self.about,
+            unit: self.unit,
             notes: self.notes(units.len(), block),
             luminaires: units,
             planes,
@@ -228,6 +231,7 @@ impl Page<'_> {
 #[derive(Serialize)]
 struct SceneData<'a> {
     about: &'a str,
+    unit: &'a str,
     notes: Vec<String>,
     luminaires: &'a [Unit<'a>],
     planes: Vec<PlaneData<'a>>,

@@ -2,7 +2,7 @@
 
 const $ = id => document.getElementById(id);
 const percent = level => `${(100 * level).toFixed(Math.abs(1000 * level - 10 * Math.round(100 * level)) < 0.5 ? 0 : 1)} %`;
-const power = value => (value < 99.95 ? value.toFixed(1) : value.toFixed(0)) + " W";
+const power = value => (value < 99.95 ? value.toFixed(1) : value.toFixed(0)) + " " + scene.unit;
 
 /** An HTML element; properties are set, children appended. */
 function html(name, properties = {}, ...children) {
