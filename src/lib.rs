@@ -22,6 +22,7 @@ pub mod convergence;
 pub mod embree;
 pub mod error;
 pub mod gather;
+mod input;
 pub mod luminaire;
 pub mod office;
 pub mod photon;

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args as _, FromArgMatches as _};
 
 use super::progress::Bar;
-use super::{Outcome, complain, print};
+use super::{Include, Outcome, complain, print};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
 use crate::render::launched;
@@ -25,6 +25,8 @@ use crate::state::file::Recipe;
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
     scene: PathBuf,
+    #[command(flatten)]
+    include: Include,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
     output: Option<PathBuf>,
@@ -225,7 +227,7 @@ impl Job {
     /// What the arguments ask for.
     pub(super) fn of(arguments: &Arguments) -> Result<Self, Error> {
         let started = Instant::now();
-        let mut scene = Scene::load(&arguments.scene)?;
+        let mut scene = arguments.include.load(&arguments.scene)?;
         let load_seconds = started.elapsed().as_secs_f64();
         choose(&mut scene, &arguments.planes, &arguments.cameras)?;
         if arguments.groups {
@@ -246,9 +248,9 @@ impl Job {
     }
 
     /// What made a state of the scene.
-    pub(super) fn of_recipe(path: &Path, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
+    pub(super) fn of_recipe(path: &Path, include: &Include, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
         let started = Instant::now();
-        let mut scene = Scene::load(path)?;
+        let mut scene = include.load(path)?;
         let load_seconds = started.elapsed().as_secs_f64();
         scene.planes.retain(|plane| recipe.planes.contains(&plane.name));
         scene.surfaces.retain(|surface| recipe.planes.contains(&surface.name));

@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
@@ -24,33 +25,41 @@ use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::luminaire::body::Solid;
 use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
 use crate::luminaire::web::Web;
 use crate::luminaire::{Distribution, Luminaire, Opening, colour};
 use crate::units::{self, Lumens};
 
-/// Largest files read, bytes.
-const LARGEST_SCENE: u64 = 64 << 20;
-const LARGEST_MTL: u64 = 64 << 20;
-const LARGEST_TEXTURE: u64 = 256 << 20;
-const LARGEST_PHOTOMETRY: u64 = 64 << 20;
-const LARGEST_OBJ: u64 = 16 << 30;
 /// From this size on, bytes, an OBJ file is read in blocks and by all threads.
 const LARGE_OBJ: u64 = 16 << 20;
 
 impl Scene {
     /// Reads a scene file (TOML) and the meshes it names, checks them, and moves everything to the middle of its
     /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was expected.
+    ///
+    /// The files it names lie in its own folder or below; see [`limits`](super::limits).
     pub fn load(path: &Path) -> Result<Self, Error> {
-        Ok(load(path)?)
+        Self::load_including(path, &[])
+    }
+
+    /// The same, where files may also lie in the folders `include`, or below.
+    pub fn load_including(path: &Path, include: &[PathBuf]) -> Result<Self, Error> {
+        Ok(load(path, Reach::of(path, include))?)
     }
 }
 
-fn load(path: &Path) -> Result<Scene, InputError> {
-    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
-    let bytes = reader
-        .read(path, LARGEST_SCENE)
+/// Why a file that is named can't be read, though it may be there.
+const OUTSIDE: &str = "it lies outside the scene's folder";
+/// What to do about that.
+const INCLUDE: &str = "--include DIR allows files of another folder";
+
+fn load(path: &Path, reach: Reach) -> Result<Scene, InputError> {
+    let mut reader = Reader { reach, hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
+    let bytes = input::read(path, LARGEST_SCENE)
+        .map(|bytes| reader.hashed(bytes))
+        .map_err(|error| input::why(&error))
         .map_err(|why| InputError::new(Location::file(path), format!("no scene ({why})"), "a scene file in TOML"))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let line =
@@ -166,6 +175,7 @@ struct PlacedMesh {
 
 /// Reads files, and remembers what they were.
 struct Reader {
+    reach: Reach,
     hash: Sha256,
     warnings: Vec<String>,
     /// Mean colour of each texture read, or why there is none.
@@ -173,27 +183,18 @@ struct Reader {
 }
 
 impl Reader {
-    /// The bytes of a file, which become part of the scene's hash; else why not, in words.
+    /// The bytes of a file that the scene names, which become part of its hash; else why not, in words.
     fn read(&mut self, path: &Path, largest: u64) -> Result<Vec<u8>, String> {
-        let why = |error: io::Error| match error.kind() {
-            io::ErrorKind::NotFound => "there is no such file".to_owned(),
-            io::ErrorKind::PermissionDenied => "reading it is not permitted".to_owned(),
-            _ => error.to_string().replace('\n', " "),
-        };
-        let metadata = fs::metadata(path).map_err(why)?;
-        if metadata.is_dir() {
-            return Err("it is a folder".to_owned());
+        if !self.reach.holds(path) {
+            return Err(OUTSIDE.to_owned());
         }
-        if !metadata.is_file() {
-            return Err("it is not a regular file".to_owned());
-        }
-        if metadata.len() > largest {
-            return Err(format!("its {} MiB are more than the {} MiB allowed", metadata.len() >> 20, largest >> 20));
-        }
-        let bytes = fs::read(path).map_err(why)?;
+        input::read(path, largest).map(|bytes| self.hashed(bytes)).map_err(|error| input::why(&error))
+    }
+
+    fn hashed(&mut self, bytes: Vec<u8>) -> Vec<u8> {
         self.hash.update((bytes.len() as u64).to_le_bytes());
         self.hash.update(&bytes);
-        Ok(bytes)
+        bytes
     }
 
     /// Every mesh of the scene, in world coordinates.
@@ -226,8 +227,7 @@ impl Reader {
     fn obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Result<Obj, InputError> {
         let bytes = self.read(path, LARGEST_OBJ).map_err(|why| {
             let found = format!("file = {} ({why})", quoted(&section.file.value));
-            let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
-            error.hint("its path starts from the scene file's folder")
+            InputError::new(section.file.at.clone(), found, "an OBJ file").hint(path_hint(&why))
         })?;
         Obj::parse(path, &bytes, section.placement.metres_per_unit, asked)
     }
@@ -235,7 +235,7 @@ impl Reader {
     /// A large OBJ file, if it is one without faults; then its bytes become part of the scene's hash as in `read`.
     fn large_obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Option<Obj> {
         let metadata = fs::metadata(path).ok()?;
-        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) {
+        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) || !self.reach.holds(path) {
             return None;
         }
         let mut hash = self.hash.clone();
@@ -278,7 +278,7 @@ impl Reader {
         let bytes = self.read(path, LARGEST_PHOTOMETRY).map_err(|why| {
             let found = format!("photometry = {} ({why})", quoted(&named.value));
             let expected = "a photometric file (.ies, .ldt), \"lambertian\" or \"isotropic\"";
-            InputError::new(named.at.clone(), found, expected).hint("its path starts from the scene file's folder")
+            InputError::new(named.at.clone(), found, expected).hint(path_hint(&why))
         })?;
         let photometry = Photometry::parse(path, &bytes)?;
         self.warnings.extend(photometry.notes.iter().map(|note| format!("{}: {note}", path.display())));
@@ -366,6 +366,11 @@ impl Reader {
         vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
         Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
     }
+}
+
+/// What to do where a file that the scene names can't be read.
+fn path_hint(why: &str) -> &'static str {
+    if why == OUTSIDE { INCLUDE } else { "its path starts from the scene file's folder" }
 }
 
 /// A file whose bytes are hashed as they are read.

@@ -7,6 +7,7 @@ use toml::de::DeTable;
 
 use super::areas::areas;
 use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
+use super::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS};
 use super::material::{Dielectric, Sides};
 use super::measure::measure;
 use super::measured::{self, SurfaceSection};
@@ -119,11 +120,6 @@ pub(crate) struct Array {
     pub(crate) pitch: [f64; 2],
     pub(crate) at: Location,
 }
-
-/// Most cells of one measuring plane, and pixels of a camera: 200 MB for each f64 kept of a cell.
-const MOST_CELLS: u64 = 25_000_000;
-/// Most luminaires of a scene.
-pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
 
 impl SceneFile {
     /// Reads the text of the file at `path`.
@@ -389,12 +385,13 @@ fn surfaces(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<
 fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
+    let mut left = MOST_CELLS;
     for (at, table) in sections {
         const KNOWN: [&str; 9] = ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
         let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;
-        let cells = whole_image(&fields, "cells", "[120, 144]", "cells")?;
+        let cells = whole_image(&fields, "cells", "[120, 144]", MOST_CELLS, &mut left)?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
@@ -418,6 +415,7 @@ fn cameras(
 ) -> Result<Vec<Camera>, InputError> {
     let mut cameras = Vec::with_capacity(sections.len());
     let mut names = Names::new("camera");
+    let mut left = MOST_PIXELS;
     for (at, table) in sections {
         const KNOWN: [&str; 6] = ["name", "eye", "look_at", "up", "fov", "pixels"];
         let fields = Fields::new(source, "[[camera]]", at, table, &KNOWN)?;
@@ -431,7 +429,7 @@ fn cameras(
         let fov =
             fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
         let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
-        let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
+        let pixels = whole_image(&fields, "pixels", "[960, 540]", MOST_PIXELS, &mut left)?;
         cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
     }
     Ok(cameras)
@@ -471,14 +469,25 @@ fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
     Ok([along, across])
 }
 
-/// Columns and rows of an image.
-fn whole_image(fields: &Fields, key: &str, example: &str, what: &str) -> Result<[usize; 2], InputError> {
-    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} {what} in all");
-    let sides = fields.whole_pair(key, 1, MOST_CELLS)?.ok_or_else(|| fields.missing(key, example))?.value;
-    match sides.map(usize::try_from) {
-        [Ok(columns), Ok(rows)] if sides[0] * sides[1] <= MOST_CELLS => Ok([columns, rows]),
-        _ => Err(fields.refusal(key, expected())),
+/// Columns and rows of an image, of `most` points of which earlier ones have left some.
+fn whole_image(
+    fields: &Fields,
+    key: &str,
+    example: &str,
+    most: u64,
+    left: &mut u64,
+) -> Result<[usize; 2], InputError> {
+    let sides = fields.whole_pair(key, 1, most)?.ok_or_else(|| fields.missing(key, example))?.value;
+    let all = sides[0] * sides[1];
+    if all > most {
+        return Err(fields.refusal(key, format!("two whole numbers from 1 up, at most {most} {key} in all")));
     }
+    if all > *left {
+        let error = fields.refusal(key, format!("at most {left} {key}"));
+        return Err(error.hint(format!("all sections of its kind together have at most {most}")));
+    }
+    *left -= all;
+    Ok(sides.map(|side| side as usize))
 }
 
 fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Sensor>, InputError> {
