@@ -27,7 +27,7 @@ fn shipped_with(test: &str, name: &str, camera: &str) -> Scene {
     let file = format!("file = \"{}/", scenes.display());
     let own = common::folder(test).join("scene.toml");
     std::fs::write(&own, text.replace("file = \"", &file) + camera).expect("the target folder is writable");
-    Scene::load(&own).unwrap_or_else(|error| panic!("{error}"))
+    Scene::load_including(&own, &[scenes]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A glowing closed room: every surface reflects half and sends out π · 100 lm/m²; walls of material `wall` instead.

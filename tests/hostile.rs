@@ -125,3 +125,129 @@ fn hurt_inputs_are_read_or_refused() {
         assert!((1..cases).contains(&taken), "{target}: {taken} of {cases} taken: that tells nothing");
     }
 }
+
+const SENSOR: &str = "[[sensor]]\nname = \"s\"\nposition = [1, 1, 1]\nnormal = [0, 0, 1]\n";
+const LAMP: &str = "[[luminaire]]\nname = \"L\"\nposition = [1, 1, 2]\nflux = 3000\n";
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+/// A scene of one mesh.
+fn scene_with(mesh: &str) -> String {
+    format!("[[mesh]]\nfile = '{mesh}'\n[material.wall]\nreflectance = 0.5\n{LAMP}{SENSOR}")
+}
+
+/// What a scene may name lies in its own folder or below, or in a folder that the user gives: by `..`, by an absolute name, by
+/// a link, and by what its files name in turn.
+#[test]
+fn names_do_not_lead_out_of_the_scene_s_folder() {
+    let folder = Folder::new("hostile", "names");
+    fs::create_dir_all(folder.path("own/parts")).expect("a folder");
+    fs::create_dir_all(folder.path("own-secret")).expect("a folder");
+    let mesh = format!("{TRIANGLE}usemtl wall\nf 1 2 3\n");
+    ["own/room.obj", "own/parts/room.obj", "shared.obj", "own-secret/room.obj"].iter().for_each(|name| folder.write(name, &mesh));
+    folder.write("shared.mtl", "newmtl wall\nKd 0.3 0.3 0.3\n");
+    folder.write("own/names-outside.obj", &format!("mtllib ../shared.mtl\n{mesh}"));
+    let scene = folder.path("own/scene.toml");
+    let load = |mesh: &str, include: &[PathBuf]| {
+        fs::write(&scene, scene_with(mesh)).expect("the folder is writable");
+        Scene::load_including(&scene, include).map_err(|error| error.to_string())
+    };
+    for inside in ["room.obj", "./parts/../room.obj", "parts/room.obj", "../own/room.obj", &folder.path("own/room.obj").display().to_string()] {
+        load(inside, &[]).unwrap_or_else(|error| panic!("{inside}: {error}"));
+    }
+    let absolute = folder.path("shared.obj").display().to_string();
+    let mut outside = vec!["../shared.obj", "parts/../../shared.obj", &absolute, "../own-secret/room.obj", "../not-there.obj", "/etc/passwd"];
+    if cfg!(unix) {
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("../shared.obj", folder.path("own/link.obj")).expect("a link");
+        outside.push("link.obj");
+    }
+    for outside in outside {
+        let message = load(outside, &[]).expect_err(outside);
+        assert!(message.contains("(it lies outside the scene's folder), expected an OBJ file; --include DIR"), "{message}");
+    }
+    for (mesh, include) in [("../shared.obj", ""), (&absolute, ""), ("link.obj", ""), ("../own-secret/room.obj", "own-secret")] {
+        load(mesh, &[folder.path(include)]).unwrap_or_else(|error| panic!("{mesh}: {error}"));
+    }
+    let warned = load("names-outside.obj", &[]).expect("the scene tells its material").warnings;
+    assert!(warned.len() == 1 && warned[0].contains("shared.mtl\" left out (it lies outside the scene's folder)"), "{warned:?}");
+
+    // The same by the command line, where a batch passes it on.
+    fs::write(&scene, scene_with("../shared.obj")).expect("the folder is writable");
+    assert!(folder.refused(&["plan", "own/scene.toml"]).contains("it lies outside"));
+    assert!(folder.refused(&["plan", "own/scene.toml", "--include", "none"]).contains("--include: found none, expected a folder"));
+    assert!(folder.luxmap(&["plan", "own/scene.toml", "--include", "."]).status.success());
+    let batch = ["batch", "own/scene.toml", "-q", "--", "--photons=1000", "--passes=1"];
+    assert_eq!(folder.luxmap(&batch).status.code(), Some(1));
+    assert_eq!(folder.luxmap(&[&batch[..], &["--include=."]].concat()).status.code(), Some(0));
+}
+
+/// Devices, pipes and folders are no files: they are refused before they are opened, where a pipe would wait for its writer and
+/// a device never end.
+#[test]
+#[cfg(unix)]
+fn what_is_no_file_is_not_read() {
+    let folder = Folder::new("hostile", "no files");
+    let made = Command::new("mkfifo").arg(folder.path("pipe.obj")).status().expect("mkfifo is there");
+    assert!(made.success());
+    let pipe = folder.path("pipe.obj");
+    for (mesh, found) in [("/dev/zero", "it is not a regular file"), ("pipe.obj", "it is not a regular file"), (".", "it is a folder")] {
+        folder.write("scene.toml", &scene_with(mesh));
+        let error = Scene::load_including(&folder.path("scene.toml"), &["/dev".into()]).expect_err("no file").to_string();
+        assert!(error.contains(found), "{error}");
+    }
+    folder.write("scene.toml", &format!("{LAMP}{SENSOR}"));
+    let pipe = pipe.to_str().expect("text");
+    for command in ["plan", "render", "luminaire", "batch", "merge"] {
+        for path in [pipe, "/dev/zero", "."] {
+            let message = folder.luxmap(&[command, path]);
+            assert!(matches!(message.status.code(), Some(1 | 2)), "{command} {path}: {message:?}");
+        }
+    }
+    let plane = "[[plane]]\nname = \"p\"\ncorner = [0, 0, 0]\nalong = [1, 0, 0]\nacross = [0, 1, 0]\ncells = [2, 2]\n";
+    folder.write("plane.toml", &format!("{LAMP}{plane}"));
+    for (name, target) in [("zero.csv", "/dev/zero"), ("zero.exr", "/dev/zero"), ("pipe.csv", "pipe.obj"), ("pipe.exr", "pipe.obj")] {
+        std::os::unix::fs::symlink(target, folder.path(name)).expect("a link");
+        let message = folder.refused(&["converge", "plane.toml", "--reference", name]);
+        assert!(message.contains("it is not a regular file"), "{message}");
+    }
+}
+
+/// Results stay under the output folder, and none takes another's place, whatever planes, surfaces and cameras are called.
+#[test]
+fn results_stay_in_their_folder() {
+    let folder = Folder::new("hostile", "results");
+    let long = "x".repeat(199);
+    let planes = ["summary", "report", "sensors", "Floor", "floor", "flo_or", "flo*or", "con", "a b", "b.exr", "checkpoint", &long, "floor-2"];
+    let refused = ["../x", "/etc/x", "a/b", "", ".", "..", "a\\\\b", "c:x", ".hidden", "a\\u0000b", &"x".repeat(300)];
+    let plane = |name: &str| {
+        format!(
+            "[[plane]]\nname = \"{name}\"\ncorner = [0, 0, 0]\nalong = [1, 0, 0]\nacross = [0, 1, 0]\ncells = [2, 2]\n"
+        )
+    };
+    for name in refused {
+        folder.write("scene.toml", &format!("{LAMP}{}", plane(name)));
+        folder.refused(&["render", "scene.toml"]);
+    }
+    folder.write("scene.toml", &format!("{LAMP}{SENSOR}{}", planes.map(plane).concat()));
+    folder.succeed(&["render", "scene.toml", "-o", "results", "-q", "--json"]);
+    let all = files(&folder.0, "");
+    let names: BTreeSet<String> = all.iter().map(|path| path.to_string_lossy().to_lowercase()).collect();
+    // Three files of each plane, summary.json, report.html, sensors.csv; and the scene.
+    assert_eq!((all.len(), names.len()), (3 * planes.len() + 4, 3 * planes.len() + 4), "{all:?}");
+    let results = folder.path("results");
+    assert!(all.iter().all(|path| path.parent() == Some(&results) || path.ends_with("scene.toml")), "{all:?}");
+}
+
+/// An image whose head promises a million times a million pixels: nothing of that is believed.
+#[test]
+fn an_image_s_promises_are_not_believed() {
+    for image in hostile::made_up("reference") {
+        let window = image.windows(10).position(|part| part == b"dataWindow").expect("each has one") + 10 + 1 + 6 + 4;
+        for most in [999_999, i32::MAX - 1, -1, i32::MIN] {
+            let mut hurt = image.clone();
+            hurt[window + 8..window + 12].copy_from_slice(&most.to_le_bytes());
+            hurt[window + 12..window + 16].copy_from_slice(&most.to_le_bytes());
+            hostile::reference(&hurt).expect_err("it has 4 × 3 pixels");
+        }
+    }
+}

@@ -69,7 +69,7 @@ fn load(obj: &str, with_reflectances: bool) -> Result<Scene, String> {
         format!("luxmap-material-{}-{}-{with_reflectances}.toml", std::process::id(), obj.replace(['/', ' '], "-"));
     let scene = std::env::temp_dir().join(name);
     fs::write(&scene, toml).unwrap();
-    let loaded = Scene::load(&scene).map_err(|error| error.to_string());
+    let loaded = Scene::load_including(&scene, &[folder()]).map_err(|error| error.to_string());
     fs::remove_file(scene).unwrap();
     loaded
 }

@@ -456,6 +456,8 @@ struct Parts {
     centre: DVec3,
     mesh: Mesh,
     materials: Vec<Material>,
+    /// Those of a name.
+    numbers: HashMap<String, Vec<u32>>,
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
@@ -475,11 +477,14 @@ struct Emitter {
 
 impl Parts {
     fn add_material(&mut self, material: Material) -> u32 {
-        let number = self.materials.iter().position(|known| *known == material).unwrap_or_else(|| {
-            self.materials.push(material);
-            self.materials.len() - 1
-        });
-        u32::try_from(number).expect("a file of 16 GiB names fewer than 4e9 materials")
+        let alike = self.numbers.entry(material.name.clone()).or_default();
+        if let Some(&known) = alike.iter().find(|&&number| self.materials[number as usize] == material) {
+            return known;
+        }
+        let number = u32::try_from(self.materials.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
+        alike.push(number);
+        self.materials.push(material);
+        number
     }
 
     /// Adds vertices, with room behind them for one more, as Embree wants it. Returns the number of the first.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::areas::areas;
-use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
+use super::fields::{FARTHEST, Fields, Placed, Source, plain, quoted};
 use super::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS};
 use super::material::{Dielectric, Sides};
 use super::measure::measure;
@@ -198,7 +198,7 @@ fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, Inpu
 fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
     const KNOWN: [&str; 6] = ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric"];
     const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
-    let section = format!("[material.{}]", name.escape_debug());
+    let section = format!("[material.{}]", plain(name));
     let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
     let share = |key: &str, hint: &str| fields.channels(key, SHARE).map_err(|error| error.hint(hint));
     let reflectance = share("reflectance", "white paint: about 0.85")?;
