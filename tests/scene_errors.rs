@@ -268,7 +268,7 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("array = { count = [10000, 10000], pitch = [1, 1] }"),
-        "scene.toml:5: found count = [10000, 10000] in array of [[luminaire]], expected at most 1000000 luminaires"
+        "scene.toml:5: found count = [10000, 10000] in array of [[luminaire]], expected at most 100000 luminaires"
     );
 }
 

@@ -7,8 +7,8 @@
 //! |---|---|---|
 //! | cells of all planes | 268 million (2²⁸) | results of bands stay in memory, 25 to 49 bytes a cell: up to 13 GB |
 //! | pixels of all cameras | 25 million | a pixel takes some 200 bytes while a run lasts |
-//! | luminaires | 1 million | a line of TOML may ask for an array of them |
-//! | triangles of all openings | 4 million | a ball has 320: mesh and BVH take some 150 bytes each |
+//! | luminaires | 100,000 | a line of TOML may ask for an array of them; a million took 0.6 GB |
+//! | triangles of all openings | 2 million | a ball has 320: mesh and BVH take some 150 bytes each |
 //! | samples of a surface | 1 million | some 1 kB each while a run lasts |
 //! | corners of a face | 10,000 | ears are clipped in time by their square |
 //! | angles of a photometric file | 7201 in each direction | tables are no larger than what follows in the file |
@@ -33,9 +33,9 @@ pub(crate) const MOST_CELLS: u64 = 1 << 28;
 /// Most pixels of all cameras together.
 pub(crate) const MOST_PIXELS: u64 = 25_000_000;
 /// Most luminaires.
-pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
+pub(crate) const MOST_LUMINAIRES: u64 = 100_000;
 /// Most triangles of all luminous openings together.
-pub(crate) const MOST_OPENING_TRIANGLES: usize = 4_000_000;
+pub(crate) const MOST_OPENING_TRIANGLES: usize = 2_000_000;
 /// Largest files read, bytes.
 pub(crate) const LARGEST_SCENE: u64 = 64 << 20;
 pub(crate) const LARGEST_MTL: u64 = 64 << 20;
