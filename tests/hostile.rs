@@ -49,7 +49,10 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
 
 /// Files in `tests/hostile/`, and what is said of them; nothing where they are sound.
 const SAID: &[(&str, &str)] = &[
-    ("scene/array-of-a-billion.toml", "found count = [1e6, 1e6] in array of [[luminaire]], expected at most 100000 luminaires"),
+    (
+        "scene/array-of-a-billion.toml",
+        "found count = [1e6, 1e6] in array of [[luminaire]], expected at most 100000 luminaires",
+    ),
     ("scene/array-of-spheres.toml", "found openings of 320000000 triangles and more in all"),
     ("scene/byte-order-mark-and-crlf.toml", ""),
     ("scene/camera-of-a-billion-pixels.toml", "found pixels = [100000, 10000] in [[camera]]"),
@@ -60,34 +63,64 @@ const SAID: &[(&str, &str)] = &[
     ("scene/integer-of-64-bits.toml", "found count = [18446744073709551615, 1] in array of [[luminaire]]"),
     ("scene/integer-of-a-thousand-digits.toml", "found name ="),
     ("scene/key-as-deep-as-the-file.toml", "found broken TOML (recursion limit), expected valid TOML"),
-    ("scene/list-as-deep-as-the-file.toml", "found broken TOML (cannot recurse further; max recursion depth met), expected valid TOML"),
+    (
+        "scene/list-as-deep-as-the-file.toml",
+        "found broken TOML (cannot recurse further; max recursion depth met), expected valid TOML",
+    ),
     ("scene/mesh-of-itself.toml", "found an OBJ file without faces"),
     ("scene/name-absolute.toml", "found name = \"/etc/x\" in [[plane]]"),
     ("scene/name-empty.toml", "found name = \"\" in [[plane]], expected a name that can be printed"),
     ("scene/name-of-a-dot.toml", "found name = \".\" in [[plane]]"),
-    ("scene/name-of-a-thousand-letters.toml", "found name = \"xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…\" in [[plane]]"),
+    (
+        "scene/name-of-a-thousand-letters.toml",
+        "found name = \"xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…\" in [[plane]]",
+    ),
     ("scene/name-of-folders.toml", "found name = \"../../etc/x\" in [[plane]]"),
     ("scene/not-utf-8.toml", "found bytes that are no UTF-8, expected text in UTF-8"),
-    ("scene/nul-escaped-in-a-name.toml", "found name = \"L\\u{0}\" in [[luminaire]], expected a name that can be printed"),
-    ("scene/nul-in-a-name.toml", "found broken TOML (invalid basic string), expected non-double-quote visible characters, `\\`"),
-    ("scene/plane-of-1e18-cells.toml", "found cells = [1e9, 1e9] in [[plane]], expected two whole numbers from 1 to 268435456"),
+    (
+        "scene/nul-escaped-in-a-name.toml",
+        "found name = \"L\\u{0}\" in [[luminaire]], expected a name that can be printed",
+    ),
+    (
+        "scene/nul-in-a-name.toml",
+        "found broken TOML (invalid basic string), expected non-double-quote visible characters, `\\`",
+    ),
+    (
+        "scene/plane-of-1e18-cells.toml",
+        "found cells = [1e9, 1e9] in [[plane]], expected two whole numbers from 1 to 268435456",
+    ),
     ("scene/plane-of-a-billion-cells.toml", "found cells = [40000, 30000] in [[plane]]"),
     ("scene/planes-of-many-cells-together.toml", "found cells = [10000, 10000] in [[plane]]"),
     ("scene/position-not-a-number.toml", "found position = [nan, 1, 2] in [[luminaire]]"),
     ("scene/sizes-at-the-limits.toml", ""),
     ("scene/spacing-of-nothing.toml", "found more than 1000000 samples for surface \"f\": 2 triangles, spacing ="),
-    ("scene/table-as-deep-as-the-file.toml", "found broken TOML (cannot recurse further; max recursion depth met), expected valid TOML"),
-    ("scene/terminal-codes-in-a-name.toml", "found name = \"\\u{1b}[2J\" in [[plane]], expected a name that can be printed"),
+    (
+        "scene/table-as-deep-as-the-file.toml",
+        "found broken TOML (cannot recurse further; max recursion depth met), expected valid TOML",
+    ),
+    (
+        "scene/terminal-codes-in-a-name.toml",
+        "found name = \"\\u{1b}[2J\" in [[plane]], expected a name that can be printed",
+    ),
     ("scene/utf-16.toml", "found bytes that are no UTF-8, expected text in UTF-8"),
-    ("obj/backslash-at-the-end.obj", "found \"f 1 2 3\\\", expected f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1"),
+    (
+        "obj/backslash-at-the-end.obj",
+        "found \"f 1 2 3\\\", expected f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1",
+    ),
     ("obj/byte-order-mark-crlf-and-tabs.obj", ""),
     ("obj/index-0.obj", "found vertex 0 in a face, expected 1 … 3; OBJ counts from 1"),
-    ("obj/index-before-the-first.obj", "found vertex -4 in a face, expected no less than -3, as 3 vertices stand above"),
+    (
+        "obj/index-before-the-first.obj",
+        "found vertex -4 in a face, expected no less than -3, as 3 vertices stand above",
+    ),
     ("obj/index-of-63-bits.obj", "found vertex 9223372036854775807 in a face, expected 1 … 3"),
     ("obj/index-of-64-bits-and-more.obj", "found \"f 1 2 99999999999999999999999\""),
     ("obj/index-out-of-range.obj", "found vertex 4 in a face, expected 1 … 3"),
     ("obj/more-corners-than-allowed.obj", "found a face with 12000 corners, expected from 3 to 10000"),
-    ("obj/no-break-space-for-a-corner.obj", "found \"f 1 2 \u{a0}\", expected f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1"),
+    (
+        "obj/no-break-space-for-a-corner.obj",
+        "found \"f 1 2 \u{a0}\", expected f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1",
+    ),
     ("obj/no-line-ends.obj", "found an OBJ file without faces"),
     ("obj/nul-bytes.obj", "found \"v 0 0 0\\u{0}\", expected v x y z, three finite numbers"),
     ("obj/number-of-1e999.obj", "found \"1e999 0 0\", expected finite coordinates within 1e9 m of the origin"),
@@ -96,19 +129,34 @@ const SAID: &[(&str, &str)] = &[
     ("obj/star-of-thousands-of-corners.obj", ""),
     ("obj/tangle-of-thousands-of-corners.obj", ""),
     ("obj/vertical-tab-between-numbers.obj", "found \"v 0\\u{b}0 0 0\", expected v x y z, three finite numbers"),
-    ("obj/weight-next-to-nothing.obj", "found \"1 1 1 1e-320\", expected finite coordinates within 1e9 m of the origin"),
+    (
+        "obj/weight-next-to-nothing.obj",
+        "found \"1 1 1 1e-320\", expected finite coordinates within 1e9 m of the origin",
+    ),
     ("obj/weight-of-nothing.obj", "found \"v 1 1 1 0\", expected v x y z, three finite numbers"),
     ("mtl/blinding.mtl", "found Ke"),
     ("mtl/glass-of-no-index.mtl", "found Ni 0 in material \"a\""),
     ("mtl/negative.mtl", "found Kd -0.5 -1"),
-    ("mtl/no-break-space-for-a-number.mtl", "found \"Kd 0.5 0.5 \u{a0}\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5"),
-    ("mtl/nul-bytes.mtl", "found \"Kd 0.5\\u{0} 0.5 0.5\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5"),
+    (
+        "mtl/no-break-space-for-a-number.mtl",
+        "found \"Kd 0.5 0.5 \u{a0}\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5",
+    ),
+    (
+        "mtl/nul-bytes.mtl",
+        "found \"Kd 0.5\\u{0} 0.5 0.5\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5",
+    ),
     ("mtl/numbers-that-are-none.mtl", "found Kd NaN inf inf in material \"a\""),
-    ("mtl/shares-above-1.mtl", "found reflectance + specular = 1.8 in material \"a\", expected at most 1 in each channel"),
+    (
+        "mtl/shares-above-1.mtl",
+        "found reflectance + specular = 1.8 in material \"a\", expected at most 1 in each channel",
+    ),
     ("mtl/ten-thousand-materials.mtl", "found no reflectance for material \"a\""),
     ("mtl/texture-is-itself.mtl", "found no reflectance for material \"a\""),
     ("mtl/texture-outside.mtl", ""),
-    ("mtl/vertical-tab-for-a-number.mtl", "found \"Ks 0 0  \\u{b}\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5"),
+    (
+        "mtl/vertical-tab-for-a-number.mtl",
+        "found \"Ks 0 0  \\u{b}\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5",
+    ),
     ("ies/angles-of-1e999.ies", "found \"1e999\", expected number of vertical angles, 2 to 7201"),
     ("ies/angles-promised-at-the-limit.ies", "found 7201 × 7201 angles, but 5 numbers after them"),
     ("ies/angles-promised-by-the-billion.ies", "found 1000000000, expected number of vertical angles, 2 to 7201"),
@@ -121,17 +169,26 @@ const SAID: &[(&str, &str)] = &[
     ("ies/tilt-of-a-billion.ies", "found 1000000000, expected number of tilt angles, 1 to 721"),
     ("ies/tilt-of-a-folder.ies", "found TILT=\".\", no file that can be read (it is a folder) there"),
     ("ies/tilt-of-another-folder.ies", "found TILT=\"../../etc/passwd\""),
-    ("ldt/angles-promised-at-the-limit.ldt", "found 721 planes × 721 angles (lines 3, 4 and 6), but 4 numbers for them"),
+    (
+        "ldt/angles-promised-at-the-limit.ldt",
+        "found 721 planes × 721 angles (lines 3, 4 and 6), but 4 numbers for them",
+    ),
     ("ldt/angles-promised-by-the-billion.ldt", "found \"1000000000\", expected number of C-planes (Mc), 1 to 7201"),
     ("ldt/flux-of-1e999.ldt", "found \"1e999\", expected luminous flux of the lamps, lm"),
     ("ldt/lamps-promised-by-the-billion.ldt", "found \"1000000000\", expected number of sets of lamps, 1 to 1000"),
     ("reference/a-number-of-1e999.csv", "found \"1e999\" in column E_lx"),
-    ("reference/a-title-as-long-as-the-file.csv", "found columns \"xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…\""),
+    (
+        "reference/a-title-as-long-as-the-file.csv",
+        "found columns \"xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx…\"",
+    ),
     ("reference/more-rows-than-cells.csv", "found one more row, expected 12 for the 4 × 3 cells of plane \"floor\""),
     ("reference/no-columns.csv", "found columns , expected a column E_lx, and standard_error_lx where that is known"),
     ("reference/not-an-image.exr", "found not supported: too new file feature flags, expected an OpenEXR image"),
     ("reference/nul-in-a-title.csv", "found columns \"index\", \"E_l\\u{0}\", \"standard_error_lx\""),
-    ("reference/thousands-of-columns.csv", "found columns \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\","),
+    (
+        "reference/thousands-of-columns.csv",
+        "found columns \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\", \"\",",
+    ),
 ];
 
 /// What each hostile file comes to, by the table above; none is left out of it.
@@ -146,7 +203,8 @@ fn hostile_files_come_to_what_they_should() {
             let outcome = read(&fs::read(&path).expect("a readable file"));
             let said = outcome.err().unwrap_or_default();
             let expected = SAID.iter().find(|(known, _)| *known == name);
-            let right = expected.is_some_and(|(_, part)| if part.is_empty() { said.is_empty() } else { said.contains(part) });
+            let right =
+                expected.is_some_and(|(_, part)| if part.is_empty() { said.is_empty() } else { said.contains(part) });
             if !right {
                 wrong.push(format!("    (\"{name}\", {said:?}),"));
             }
@@ -159,8 +217,30 @@ fn hostile_files_come_to_what_they_should() {
 
 /// Words that break readers: numbers at the limits, what looks like structure, bytes that are no text.
 const NASTY: [&[u8]; 24] = [
-    b"0", b"-1", b"1e999", b"-1e308", b"nan", b"inf", b"9223372036854775807", b"4294967296", b"1e-320", b"\0", b"\n",
-    b"\r", b"\xff\xfe", b"\xef\xbb\xbf", b"\"", b"'", b"[", b"]", b"{", b"}", b"[[plane]]\n", b"\\\n", b"/", b"..",
+    b"0",
+    b"-1",
+    b"1e999",
+    b"-1e308",
+    b"nan",
+    b"inf",
+    b"9223372036854775807",
+    b"4294967296",
+    b"1e-320",
+    b"\0",
+    b"\n",
+    b"\r",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"\"",
+    b"'",
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b"[[plane]]\n",
+    b"\\\n",
+    b"/",
+    b"..",
 ];
 
 fn pick(random: &mut Stream, count: usize) -> usize {
@@ -198,8 +278,10 @@ fn hurt_inputs_are_read_or_refused() {
     for (number, (target, ending, read)) in TARGETS.into_iter().enumerate() {
         let mut inputs = hostile::made_up(target);
         let folders = [tests().join("material"), tests().join("hostile").join(target), tests().join("../scenes")];
-        let known = folders[usize::from(ending.is_empty())..].iter().filter(|_| !ending.is_empty() || target == "reference");
-        let known = known.flat_map(|folder| files(folder, ending)).filter(|path| path.metadata().is_ok_and(|m| m.len() < 8000));
+        let known =
+            folders[usize::from(ending.is_empty())..].iter().filter(|_| !ending.is_empty() || target == "reference");
+        let known =
+            known.flat_map(|folder| files(folder, ending)).filter(|path| path.metadata().is_ok_and(|m| m.len() < 8000));
         inputs.extend(known.map(|path| fs::read(path).expect("a readable file")));
         // States are read in milliseconds, all else in much less.
         let cases = if target == "checkpoint" { 150 } else { 900 };
@@ -232,7 +314,9 @@ fn names_do_not_lead_out_of_the_scene_s_folder() {
     fs::create_dir_all(folder.path("own/parts")).expect("a folder");
     fs::create_dir_all(folder.path("own-secret")).expect("a folder");
     let mesh = format!("{TRIANGLE}usemtl wall\nf 1 2 3\n");
-    ["own/room.obj", "own/parts/room.obj", "shared.obj", "own-secret/room.obj"].iter().for_each(|name| folder.write(name, &mesh));
+    ["own/room.obj", "own/parts/room.obj", "shared.obj", "own-secret/room.obj"]
+        .iter()
+        .for_each(|name| folder.write(name, &mesh));
     folder.write("shared.mtl", "newmtl wall\nKd 0.3 0.3 0.3\n");
     folder.write("own/names-outside.obj", &format!("mtllib ../shared.mtl\n{mesh}"));
     let scene = folder.path("own/scene.toml");
@@ -240,11 +324,24 @@ fn names_do_not_lead_out_of_the_scene_s_folder() {
         fs::write(&scene, scene_with(mesh)).expect("the folder is writable");
         Scene::load_including(&scene, include).map_err(|error| error.to_string())
     };
-    for inside in ["room.obj", "./parts/../room.obj", "parts/room.obj", "../own/room.obj", &folder.path("own/room.obj").display().to_string()] {
+    for inside in [
+        "room.obj",
+        "./parts/../room.obj",
+        "parts/room.obj",
+        "../own/room.obj",
+        &folder.path("own/room.obj").display().to_string(),
+    ] {
         load(inside, &[]).unwrap_or_else(|error| panic!("{inside}: {error}"));
     }
     let absolute = folder.path("shared.obj").display().to_string();
-    let mut outside = vec!["../shared.obj", "parts/../../shared.obj", &absolute, "../own-secret/room.obj", "../not-there.obj", "/etc/passwd"];
+    let mut outside = vec![
+        "../shared.obj",
+        "parts/../../shared.obj",
+        &absolute,
+        "../own-secret/room.obj",
+        "../not-there.obj",
+        "/etc/passwd",
+    ];
     if cfg!(unix) {
         #[cfg(unix)]
         std::os::unix::fs::symlink("../shared.obj", folder.path("own/link.obj")).expect("a link");
@@ -252,9 +349,14 @@ fn names_do_not_lead_out_of_the_scene_s_folder() {
     }
     for outside in outside {
         let message = load(outside, &[]).expect_err(outside);
-        assert!(message.contains("(it lies outside the scene's folder), expected an OBJ file; --include DIR"), "{message}");
+        assert!(
+            message.contains("(it lies outside the scene's folder), expected an OBJ file; --include DIR"),
+            "{message}"
+        );
     }
-    for (mesh, include) in [("../shared.obj", ""), (&absolute, ""), ("link.obj", ""), ("../own-secret/room.obj", "own-secret")] {
+    for (mesh, include) in
+        [("../shared.obj", ""), (&absolute, ""), ("link.obj", ""), ("../own-secret/room.obj", "own-secret")]
+    {
         load(mesh, &[folder.path(include)]).unwrap_or_else(|error| panic!("{mesh}: {error}"));
     }
     let warned = load("names-outside.obj", &[]).expect("the scene tells its material").warnings;
@@ -263,7 +365,11 @@ fn names_do_not_lead_out_of_the_scene_s_folder() {
     // The same by the command line, where a batch passes it on.
     fs::write(&scene, scene_with("../shared.obj")).expect("the folder is writable");
     assert!(folder.refused(&["plan", "own/scene.toml"]).contains("it lies outside"));
-    assert!(folder.refused(&["plan", "own/scene.toml", "--include", "none"]).contains("--include: found none, expected a folder"));
+    assert!(
+        folder
+            .refused(&["plan", "own/scene.toml", "--include", "none"])
+            .contains("--include: found none, expected a folder")
+    );
     assert!(folder.luxmap(&["plan", "own/scene.toml", "--include", "."]).status.success());
     let batch = ["batch", "own/scene.toml", "-q", "--", "--photons=1000", "--passes=1"];
     assert_eq!(folder.luxmap(&batch).status.code(), Some(1));
@@ -279,9 +385,12 @@ fn what_is_no_file_is_not_read() {
     let made = Command::new("mkfifo").arg(folder.path("pipe.obj")).status().expect("mkfifo is there");
     assert!(made.success());
     let pipe = folder.path("pipe.obj");
-    for (mesh, found) in [("/dev/zero", "it is not a regular file"), ("pipe.obj", "it is not a regular file"), (".", "it is a folder")] {
+    for (mesh, found) in
+        [("/dev/zero", "it is not a regular file"), ("pipe.obj", "it is not a regular file"), (".", "it is a folder")]
+    {
         folder.write("scene.toml", &scene_with(mesh));
-        let error = Scene::load_including(&folder.path("scene.toml"), &["/dev".into()]).expect_err("no file").to_string();
+        let error =
+            Scene::load_including(&folder.path("scene.toml"), &["/dev".into()]).expect_err("no file").to_string();
         assert!(error.contains(found), "{error}");
     }
     folder.write("scene.toml", &format!("{LAMP}{SENSOR}"));
@@ -294,7 +403,9 @@ fn what_is_no_file_is_not_read() {
     }
     let plane = "[[plane]]\nname = \"p\"\ncorner = [0, 0, 0]\nalong = [1, 0, 0]\nacross = [0, 1, 0]\ncells = [2, 2]\n";
     folder.write("plane.toml", &format!("{LAMP}{plane}"));
-    for (name, target) in [("zero.csv", "/dev/zero"), ("zero.exr", "/dev/zero"), ("pipe.csv", "pipe.obj"), ("pipe.exr", "pipe.obj")] {
+    for (name, target) in
+        [("zero.csv", "/dev/zero"), ("zero.exr", "/dev/zero"), ("pipe.csv", "pipe.obj"), ("pipe.exr", "pipe.obj")]
+    {
         std::os::unix::fs::symlink(target, folder.path(name)).expect("a link");
         let message = folder.refused(&["converge", "plane.toml", "--reference", name]);
         assert!(message.contains("it is not a regular file"), "{message}");
@@ -306,7 +417,21 @@ fn what_is_no_file_is_not_read() {
 fn results_stay_in_their_folder() {
     let folder = Folder::new("hostile", "results");
     let long = "x".repeat(199);
-    let planes = ["summary", "report", "sensors", "Floor", "floor", "flo_or", "flo*or", "con", "a b", "b.exr", "checkpoint", &long, "floor-2"];
+    let planes = [
+        "summary",
+        "report",
+        "sensors",
+        "Floor",
+        "floor",
+        "flo_or",
+        "flo*or",
+        "con",
+        "a b",
+        "b.exr",
+        "checkpoint",
+        &long,
+        "floor-2",
+    ];
     let refused = ["../x", "/etc/x", "a/b", "", ".", "..", "a\\\\b", "c:x", ".hidden", "a\\u0000b", &"x".repeat(300)];
     let plane = |name: &str| {
         format!(

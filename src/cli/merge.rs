@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Include, Outcome};
 use super::render::{Job, layers, stem, tell};
+use super::{Include, Outcome};
 use crate::error::{Error, InputError, Location};
 use crate::render::Keeping;
 use crate::report;

@@ -137,9 +137,8 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
 /// [`Error::Input`] where the file can't be read, or promises more.
 pub(crate) fn size(path: &Path) -> std::result::Result<[usize; 2], Error> {
     let refuse = |found: String, expected: &str| InputError::new(Location::file(path), found, expected);
-    let broken = |error: &dyn std::fmt::Display| {
-        refuse(error.to_string().replace(char::is_control, " "), "an OpenEXR image")
-    };
+    let broken =
+        |error: &dyn std::fmt::Display| refuse(error.to_string().replace(char::is_control, " "), "an OpenEXR image");
     let file = input::open(path, u64::MAX).map_err(|error| broken(&input::why(&error)))?;
     let head = MetaData::read_from_unbuffered(file, false).map_err(|error| broken(&error))?;
     let samples = |header: &Header| {

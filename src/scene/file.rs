@@ -470,13 +470,7 @@ fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
 }
 
 /// Columns and rows of an image, of `most` points of which earlier ones have left some.
-fn whole_image(
-    fields: &Fields,
-    key: &str,
-    example: &str,
-    most: u64,
-    left: &mut u64,
-) -> Result<[usize; 2], InputError> {
+fn whole_image(fields: &Fields, key: &str, example: &str, most: u64, left: &mut u64) -> Result<[usize; 2], InputError> {
     let sides = fields.whole_pair(key, 1, most)?.ok_or_else(|| fields.missing(key, example))?.value;
     let all = sides[0] * sides[1];
     if all > most {

@@ -11,17 +11,17 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder, Vec2,
-    WritableImage as _, f16,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    Vec2, WritableImage as _, f16,
 };
 use glam::DVec3;
+use luxmap::convergence::reference::Reference;
 use luxmap::luminaire::photometry::Photometry;
 use luxmap::luminaire::web::Web;
 use luxmap::render::{Keeping, Settings, memory, render_and_keep};
 use luxmap::report::ExtraLayers;
 use luxmap::scene::plan::{Method, Plan};
 use luxmap::scene::{MeasuringPlane, PlaneKind, Scene, read_obj_both_ways};
-use luxmap::convergence::reference::Reference;
 use sha2::{Digest, Sha256};
 
 /// What became of an input: a refusal, in its own words, or something of use.

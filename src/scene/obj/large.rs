@@ -438,7 +438,10 @@ pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     assert!(taken.iter().all(|&now| now == taken[0]), "how a file is cut makes no difference");
     if let Ok(obj) = &usual {
         let corners = obj.triangles.as_flattened();
-        assert!(corners.iter().all(|&corner| (corner as usize) < obj.vertices.len()) && obj.vertices.iter().all(|v| v.is_finite()));
+        assert!(
+            corners.iter().all(|&corner| (corner as usize) < obj.vertices.len())
+                && obj.vertices.iter().all(|v| v.is_finite())
+        );
     }
     (usual.map(|obj| obj.triangles.len()), taken[0])
 }
