@@ -51,9 +51,9 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
 const SAID: &[(&str, &str)] = &[
     (
         "scene/array-of-a-billion.toml",
-        "found count = [1e6, 1e6] in array of [[luminaire]], expected at most 100000 luminaires",
+        "found count = [1e6, 1e6] in array of [[luminaire]], expected two whole numbers from 1 to 100000",
     ),
-    ("scene/array-of-spheres.toml", "found openings of 320000000 triangles and more in all"),
+    ("scene/array-of-spheres.toml", "found openings of 32000000 triangles and more in all"),
     ("scene/byte-order-mark-and-crlf.toml", ""),
     ("scene/camera-of-a-billion-pixels.toml", "found pixels = [100000, 10000] in [[camera]]"),
     ("scene/empty.toml", "found neither a [[plane]] nor a [[sensor]], [[surface]] or [[camera]]"),
@@ -250,16 +250,21 @@ fn pick(random: &mut Stream, count: usize) -> usize {
 /// An input as it is hurt in the wild: cut off, bytes changed, parts left out, said twice, or put in from another.
 fn hurt(input: &[u8], other: &[u8], random: &mut Stream) -> Vec<u8> {
     let mut bytes = input.to_vec();
-    for _ in 0..=pick(random, 4) {
+    for _ in 0..=pick(random, 3) {
         let (at, length) = (pick(random, bytes.len()), 1 + pick(random, 40));
         let end = (at + length).min(bytes.len());
-        match pick(random, 7) {
+        match pick(random, 10) {
             0 => bytes.truncate(at),
             1 if at < bytes.len() => bytes[at] ^= 1 << pick(random, 8),
             2 if at < bytes.len() => bytes[at] = pick(random, 256) as u8,
             3 => drop(bytes.drain(at..end)),
             4 => drop(bytes.splice(at..at, bytes[at..end].to_vec())),
-            5 => drop(bytes.splice(at..end, NASTY[pick(random, NASTY.len())].iter().copied())),
+            5..8 => {
+                // Another digit: what stays readable gets farther.
+                let digit = bytes[at..].iter().position(u8::is_ascii_digit);
+                digit.into_iter().for_each(|further| bytes[at + further] = b'0' + pick(random, 10) as u8);
+            }
+            8 => drop(bytes.splice(at..end, NASTY[pick(random, NASTY.len())].iter().copied())),
             _ => {
                 let from = pick(random, other.len());
                 let part = &other[from..(from + length).min(other.len())];
@@ -276,13 +281,16 @@ fn hurt(input: &[u8], other: &[u8], random: &mut Stream) -> Vec<u8> {
 fn hurt_inputs_are_read_or_refused() {
     let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     for (number, (target, ending, read)) in TARGETS.into_iter().enumerate() {
-        let mut inputs = hostile::made_up(target);
-        let folders = [tests().join("material"), tests().join("hostile").join(target), tests().join("../scenes")];
-        let known =
-            folders[usize::from(ending.is_empty())..].iter().filter(|_| !ending.is_empty() || target == "reference");
-        let known =
-            known.flat_map(|folder| files(folder, ending)).filter(|path| path.metadata().is_ok_and(|m| m.len() < 8000));
-        inputs.extend(known.map(|path| fs::read(path).expect("a readable file")));
+        let sound = hostile::made_up(target);
+        sound.iter().for_each(|sound| read(sound).unwrap_or_else(|why| panic!("{target}: {why}")));
+        let mut inputs: Vec<Vec<u8>> = std::iter::repeat_n(&sound, 5).flatten().cloned().collect();
+        let mut folders = vec![tests().join("hostile").join(target)];
+        if !ending.is_empty() {
+            folders.extend([tests().join("material"), tests().join("../scenes")]);
+        }
+        let known = folders.iter().flat_map(|folder| files(folder, ending));
+        let small = known.filter(|path| path.metadata().is_ok_and(|metadata| metadata.len() < 8000));
+        inputs.extend(small.map(|path| fs::read(path).expect("a readable file")));
         // States are read in milliseconds, all else in much less.
         let cases = if target == "checkpoint" { 150 } else { 900 };
         let mut taken = 0;
