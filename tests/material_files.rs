@@ -65,8 +65,10 @@ fn load(obj: &str, with_reflectances: bool) -> Result<Scene, String> {
     if with_reflectances {
         materials.iter().for_each(|name| toml += &format!("[material.\"{name}\"]\nreflectance = 0.5\n"));
     }
+    // Tests run at the same time, some on the same file.
+    let (process, thread) = (std::process::id(), std::thread::current().id());
     let name =
-        format!("luxmap-material-{}-{}-{with_reflectances}.toml", std::process::id(), obj.replace(['/', ' '], "-"));
+        format!("luxmap-material-{process}-{thread:?}-{}-{with_reflectances}.toml", obj.replace(['/', ' '], "-"));
     let scene = std::env::temp_dir().join(name);
     fs::write(&scene, toml).unwrap();
     let loaded = Scene::load_including(&scene, &[folder()]).map_err(|error| error.to_string());

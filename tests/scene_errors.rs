@@ -264,7 +264,7 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("array = { count = [0, 5], pitch = [1, 1] }"),
-        "scene.toml:5: found count = [0, 5] in array of [[luminaire]], expected two whole numbers from 1 to 1000000"
+        "scene.toml:5: found count = [0, 5] in array of [[luminaire]], expected two whole numbers from 1 to 100000"
     );
     assert_eq!(
         luminaire_says("array = { count = [10000, 10000], pitch = [1, 1] }"),
