@@ -19,8 +19,11 @@ use luxmap::scene::Scene;
 /// Readers have one folder each.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
+/// What reads an input.
+type Read = fn(&[u8]) -> Outcome;
+
 /// Every kind of input, the ending of its files, and what reads it.
-const TARGETS: [(&str, &str, fn(&[u8]) -> Outcome); 7] = [
+const TARGETS: [(&str, &str, Read); 7] = [
     ("scene", "toml", hostile::scene),
     ("obj", "obj", hostile::obj),
     ("mtl", "mtl", hostile::mtl),
