@@ -69,13 +69,16 @@ impl Embree {
         let Some(folder) = &self.library else { return };
         let library = folder.display();
         println!("cargo::rustc-link-search=native={library}");
-        println!("cargo::rustc-link-arg=-Wl,-rpath,{library}");
+        let mut arguments = vec![format!("-Wl,-rpath,{library}")];
         // Debian 13's Embree needs Debian 13's C library. Where both lie in one private folder, programs start with that
         // folder's loader, and RPATH (not RUNPATH) passes the folder on to the libraries that libembree4 itself needs.
         if let Some(loader) = private_loader(folder) {
-            println!("cargo::rustc-link-arg=-Wl,--dynamic-linker={}", loader.display());
-            println!("cargo::rustc-link-arg=-Wl,--disable-new-dtags,-rpath-link,{library}");
+            arguments.push(format!("-Wl,--dynamic-linker={}", loader.display()));
+            arguments.push(format!("-Wl,--disable-new-dtags,-rpath-link,{library}"));
         }
+        arguments.iter().for_each(|argument| println!("cargo::rustc-link-arg={argument}"));
+        // Arguments reach this package's programs only; those of others that depend on it pass them on (`fuzz/build.rs`).
+        println!("cargo::metadata=link_arguments={}", arguments.join("\x1f"));
     }
 
     /// Writes `embree.rs` into `OUT_DIR`: the layouts as the header found declares them.

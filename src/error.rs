@@ -26,7 +26,10 @@ impl Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        // A message is one line, whatever a file is called.
+        for c in self.file.to_string_lossy().chars() {
+            if c.is_control() { write!(f, "{}", c.escape_default())? } else { write!(f, "{c}")? }
+        }
         self.line.map_or(Ok(()), |line| write!(f, ":{line}"))
     }
 }

@@ -23,6 +23,7 @@ pub mod dimming;
 pub mod embree;
 pub mod error;
 pub mod gather;
+mod input;
 pub mod luminaire;
 pub mod office;
 pub mod photon;

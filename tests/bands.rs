@@ -100,10 +100,11 @@ fn memory_is_what_the_plan_told() {
         fs::write(&scene, lines.collect::<Vec<_>>().join("\n")).expect("the target folder is writable");
         scene.display().to_string()
     };
+    let include = ["--include", concat!(env!("CARGO_MANIFEST_DIR"), "/scenes")];
     let cases: [(String, &[&str]); 3] = [
-        (of("seed-office", "cells = [300, 400]"), &[]),
-        (of("seed-office", "cells = [300, 400]"), &["--memory", "0.07"]),
-        (of("box", "cells = [400, 400]"), &[]),
+        (of("seed-office", "cells = [300, 400]"), &include),
+        (of("seed-office", "cells = [300, 400]"), &[include[0], include[1], "--memory", "0.07"]),
+        (of("box", "cells = [400, 400]"), &include),
     ];
     for (scene, more) in cases {
         let expected = told(&scene, more);

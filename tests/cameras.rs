@@ -8,8 +8,8 @@ use std::path::Path;
 use common::{assert_close, room, run_with, scene};
 use luxmap::render::Settings;
 use luxmap::report::{CameraImage, IlluminanceMap, Results};
-use luxmap::scene::Scene;
 use luxmap::scene::plan::{Method, Plan};
+use luxmap::scene::{Dimming, Scene};
 
 fn camera(eye: [f64; 3], look_at: [f64; 3], fov: f64, pixels: [usize; 2]) -> String {
     format!("[[camera]]\nname = \"view\"\neye = {eye:?}\nlook_at = {look_at:?}\nfov = {fov:?}\npixels = {pixels:?}\n")
@@ -27,7 +27,7 @@ fn shipped_with(test: &str, name: &str, camera: &str) -> Scene {
     let file = format!("file = \"{}/", scenes.display());
     let own = common::folder(test).join("scene.toml");
     std::fs::write(&own, text.replace("file = \"", &file) + camera).expect("the target folder is writable");
-    Scene::load(&own).unwrap_or_else(|error| panic!("{error}"))
+    Scene::load_with(&own, &[scenes], &Dimming::AsWritten).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A glowing closed room: every surface reflects half and sends out π · 100 lm/m²; walls of material `wall` instead.

@@ -163,7 +163,7 @@ fn a_bad_reference_is_one_line() {
             "bad.csv:3: found \"x\" in column standard_error_lx, expected a number of lux",
         ),
         ("ragged", with("1,0,100"), "bad.csv:3: found 3 columns, expected 4, as in the first line"),
-        ("no E", rows(12), "bad.csv:1: found columns 0, 0, 100, 1, expected a column E_lx"),
+        ("no E", rows(12), "bad.csv:1: found columns \"0\", \"0\", \"100\", \"1\", expected a column E_lx"),
         ("empty", String::new(), "bad.csv:1: found columns , expected a column E_lx"),
     ] {
         folder.write("bad.csv", &content);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use luxmap::scene::Scene;
+use luxmap::scene::{Dimming, Scene};
 
 /// Files that must not load, and what is said about them beside a full set of materials.
 const REFUSED: [(&str, &str); 9] = [
@@ -65,11 +65,13 @@ fn load(obj: &str, with_reflectances: bool) -> Result<Scene, String> {
     if with_reflectances {
         materials.iter().for_each(|name| toml += &format!("[material.\"{name}\"]\nreflectance = 0.5\n"));
     }
+    // Tests run at the same time, some on the same file.
+    let (process, thread) = (std::process::id(), std::thread::current().id());
     let name =
-        format!("luxmap-material-{}-{}-{with_reflectances}.toml", std::process::id(), obj.replace(['/', ' '], "-"));
+        format!("luxmap-material-{process}-{thread:?}-{}-{with_reflectances}.toml", obj.replace(['/', ' '], "-"));
     let scene = std::env::temp_dir().join(name);
     fs::write(&scene, toml).unwrap();
-    let loaded = Scene::load(&scene).map_err(|error| error.to_string());
+    let loaded = Scene::load_with(&scene, &[folder()], &Dimming::AsWritten).map_err(|error| error.to_string());
     fs::remove_file(scene).unwrap();
     loaded
 }

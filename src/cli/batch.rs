@@ -10,9 +10,11 @@ use crate::batch::done::{Asked, Done};
 use crate::batch::file::{is_batch, parse, plain};
 use crate::batch::{Kind, Options, Run, caught};
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::render::{Keeping, checkpoint_files};
 use crate::report::batch::{Figures, Row, Status, in_short, json, text, write};
 use crate::report::{self, Claim};
+use crate::scene::limits::LARGEST_SCENE;
 
 /// Render many scenes, or one in many ways; the same command again goes on after any interruption.
 ///
@@ -105,8 +107,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 /// The batch's name and runs.
 fn read(files: &[PathBuf]) -> Result<(String, Vec<Run>), Error> {
     for path in files {
-        let text = fs::read(path).map_err(|error| {
-            let found = if path.is_file() { error.to_string() } else { "no such file".into() };
+        let text = input::read(path, LARGEST_SCENE).map_err(|error| {
+            let found = if path.exists() { input::why(&error) } else { "no such file".into() };
             InputError::new(Location::file(path), found, "a batch file or a scene file, in TOML")
         })?;
         // A scene that is no text is a broken scene.

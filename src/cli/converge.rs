@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::progress::Bar;
 use super::render::{choose_planes, method_parser, named, stem};
-use super::{Outcome, complain, print};
+use super::{Include, Outcome, complain, print};
 use crate::convergence::{Common, Study, ladder, reference};
 use crate::error::Error;
 use crate::render::Tree;
@@ -21,6 +21,8 @@ const PHOTONS: [u64; 5] = [30_000, 100_000, 300_000, 1_000_000, 3_000_000];
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
     scene: PathBuf,
+    #[command(flatten)]
+    include: Include,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
     output: Option<PathBuf>,
@@ -62,7 +64,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let mut scene = Scene::load(&arguments.scene)?;
+    let mut scene = arguments.include.load(&arguments.scene)?;
     choose_planes(&mut scene, &arguments.planes)?;
     if scene.planes.is_empty() {
         let found = format!("{}: found no measuring plane, expected a [[plane]]", arguments.scene.display());

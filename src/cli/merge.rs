@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
 use super::render::{Job, layers, stem, write};
+use super::{Include, Outcome};
 use crate::error::{Error, InputError, Location};
 use crate::render::Keeping;
 use crate::report::Claim;
@@ -21,6 +21,8 @@ pub(super) struct Arguments {
     /// Scene file [default: where it was when the first state was kept].
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    include: Include,
     /// Keep the sum of the states in this file, to be merged further.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
@@ -51,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(error.hint("--scene says where it is now").into());
     }
     let seed = words.passes.ranges().first().map_or(0, |range| range.seed);
-    let job = Job::of_recipe(scene, &words.recipe, seed)?;
+    let job = Job::of_recipe(scene, &arguments.include, &words.recipe, seed)?;
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let mut name = stem(scene).into_os_string();
         name.push("-merged");

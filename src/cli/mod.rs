@@ -14,11 +14,13 @@ mod signals;
 mod trees;
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
+use crate::scene::{Dimming, Scene};
 
 /// How bright is a room: photon-mapped illuminance in lux.
 #[derive(Parser)]
@@ -40,6 +42,28 @@ enum Command {
     Batch(batch::Arguments),
     Influence(influence::Arguments),
     Dim(dim::Arguments),
+}
+
+/// Where files may lie that a scene names.
+#[derive(clap::Args)]
+struct Include {
+    /// Let the scene name files in this folder, not only in the scene file's own; repeatable.
+    #[arg(long = "include", value_name = "DIR")]
+    folders: Vec<PathBuf>,
+}
+
+impl Include {
+    fn load(&self, scene: &Path) -> Result<Scene, Error> {
+        self.load_dimmed(scene, &Dimming::AsWritten)
+    }
+
+    fn load_dimmed(&self, scene: &Path, dimming: &Dimming) -> Result<Scene, Error> {
+        let no_folder = |folder: &&PathBuf| !folder.is_dir();
+        if let Some(folder) = self.folders.iter().find(no_folder) {
+            return Err(Error::Usage(format!("--include: found {}, expected a folder", folder.display())));
+        }
+        Scene::load_with(scene, &self.folders, dimming)
+    }
 }
 
 /// What a command that ran found out.

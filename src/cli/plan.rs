@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use super::render::{choose_planes, gigabytes, method_parser, parse_method};
-use super::{Outcome, complain, print};
+use super::{Include, Outcome, complain, print};
 use crate::error::Error;
 use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
 use crate::report::number;
-use crate::scene::Scene;
 use crate::scene::plan::Plan;
 
 /// List what a scene needs and what is left out, with the reason.
@@ -16,6 +15,8 @@ use crate::scene::plan::Plan;
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
     scene: PathBuf,
+    #[command(flatten)]
+    include: Include,
     /// How illuminance is to be computed.
     #[arg(long, value_name = "METHOD", value_parser = method_parser())]
     method: Option<String>,
@@ -31,7 +32,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let mut scene = Scene::load(&arguments.scene)?;
+    let mut scene = arguments.include.load(&arguments.scene)?;
     choose_planes(&mut scene, &arguments.planes)?;
     let method = parse_method(arguments.method.as_ref(), &scene);
     let plan = Plan::new(&scene, method);

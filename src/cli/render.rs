@@ -9,7 +9,7 @@ use clap::{Args as _, FromArgMatches as _};
 
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
-use super::{Outcome, complain, print};
+use super::{Include, Outcome, complain, print};
 use crate::dimming::{Influence, Levels, influence, page};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
@@ -27,6 +27,8 @@ use crate::state::file::Recipe;
 pub(super) struct Arguments {
     /// Scene file (TOML); meshes are looked up beside it.
     pub(super) scene: PathBuf,
+    #[command(flatten)]
+    include: Include,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
     pub(super) output: Option<PathBuf>,
@@ -226,7 +228,7 @@ fn prepare(arguments: &Arguments, leads: bool) -> Result<Prepared, Error> {
 /// Renders with every luminaire told apart, and writes the page beside what is asked for.
 fn live(arguments: &Arguments) -> Result<Outcome, Error> {
     let asked = |scene: &Scene| arguments.groups || scene.render.groups == Some(true);
-    let (mut scene, load_seconds) = load(&arguments.scene, &arguments.dimming()?)?;
+    let (mut scene, load_seconds) = load(&arguments.scene, &arguments.include, &arguments.dimming()?)?;
     let groups_asked = asked(&scene);
     let groups = influence::tell_apart(&mut scene);
     scene.render.groups = Some(true);
@@ -301,13 +303,13 @@ impl Job {
 
     /// The same with luminaires at other levels.
     pub(super) fn dimmed(arguments: &Arguments, dimming: &Dimming) -> Result<Self, Error> {
-        let (scene, load_seconds) = load(&arguments.scene, dimming)?;
+        let (scene, load_seconds) = load(&arguments.scene, &arguments.include, dimming)?;
         Self::of_scene(arguments, scene, load_seconds)
     }
 
     /// The same with every luminaire at full output and a light group of its own; and the groups they were in.
     pub(super) fn told_apart(arguments: &Arguments) -> Result<(Self, Vec<String>), Error> {
-        let (mut scene, load_seconds) = load(&arguments.scene, &Dimming::Full)?;
+        let (mut scene, load_seconds) = load(&arguments.scene, &arguments.include, &Dimming::Full)?;
         let groups = influence::tell_apart(&mut scene);
         scene.render.groups = Some(true);
         Ok((Self::of_scene(arguments, scene, load_seconds)?, groups))
@@ -329,8 +331,8 @@ impl Job {
     }
 
     /// What made a state of the scene.
-    pub(super) fn of_recipe(path: &Path, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
-        let (mut scene, load_seconds) = load(path, &Dimming::AsWritten)?;
+    pub(super) fn of_recipe(path: &Path, include: &Include, recipe: &Recipe, seed: u64) -> Result<Self, Error> {
+        let (mut scene, load_seconds) = load(path, include, &Dimming::AsWritten)?;
         keep_only(&mut scene, &recipe.planes, &recipe.cameras);
         scene.render.groups = Some(recipe.groups);
         let plan = Plan::new(&scene, parse_method(Some(&recipe.method), &scene));
@@ -414,9 +416,9 @@ fn keep_only(scene: &mut Scene, planes: &[String], cameras: &[String]) {
 }
 
 /// A scene, and how long it took to read it, s.
-fn load(path: &Path, dimming: &Dimming) -> Result<(Scene, f64), Error> {
+fn load(path: &Path, include: &Include, dimming: &Dimming) -> Result<(Scene, f64), Error> {
     let started = Instant::now();
-    let scene = Scene::load_dimmed(path, dimming)?;
+    let scene = include.load_dimmed(path, dimming)?;
     Ok((scene, started.elapsed().as_secs_f64()))
 }
 

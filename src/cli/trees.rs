@@ -6,11 +6,10 @@ use clap::builder::PossibleValuesParser;
 
 use super::progress::Bar;
 use super::render::{named, positive, stem};
-use super::{Outcome, complain, print};
+use super::{Include, Outcome, complain, print};
 use crate::error::Error;
 use crate::render::Tree;
 use crate::report::{Claim, trees as results};
-use crate::scene::Scene;
 use crate::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, built_in_scene};
 
 /// Compare kd-trees on a scene's photons and on hard cases; writes trees.csv and trees.html.
@@ -20,6 +19,8 @@ use crate::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, bui
 pub(super) struct Arguments {
     /// Scene file (TOML) whose photons are taken [default: the seed office, which is built in].
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    include: Include,
     /// Folder for the results.
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>, or out/trees]")]
     output: Option<PathBuf>,
@@ -72,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let real = settings.sets.contains(&Set::Scene) || arguments.paper;
     check(arguments, real)?;
     let scene = match &arguments.scene {
-        Some(file) => Some(Scene::load(file)?),
+        Some(file) => Some(arguments.include.load(file)?),
         None if real => Some(built_in_scene()?),
         None => None,
     };

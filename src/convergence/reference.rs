@@ -7,9 +7,11 @@ use glam::DVec3;
 
 use crate::error::{Error, InputError, Location};
 use crate::gather::direct::emitter::MOST_POLYGONS;
+use crate::input;
 use crate::luminaire::{Luminaire, Opening};
 use crate::render::{Progress, Settings, render};
 use crate::report::{IlluminanceMap, exr, stems};
+use crate::scene::fields::{listed, quoted};
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{MeasuringPlane, Scene};
 
@@ -163,11 +165,11 @@ impl Reference {
     }
 
     fn read_exr(path: &Path, plane: &MeasuringPlane) -> Result<Self, Error> {
-        let image = exr::read(path)?;
-        if image.cells != plane.cells {
-            let [columns, rows] = image.cells;
+        let [columns, rows] = exr::size(path)?;
+        if [columns, rows] != plane.cells {
             return Err(InputError::new(Location::file(path), format!("{columns} × {rows} cells"), size(plane)).into());
         }
+        let image = exr::read(path)?;
         let standard_error = image.standard_error.unwrap_or_else(|| vec![0.0; image.illuminance.len()]);
         Ok(Self {
             source: path.display().to_string(),
@@ -193,11 +195,12 @@ impl Reference {
                 _ => refuse(line, "no table".into(), "comma-separated values"),
             }
         };
-        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(broken)?;
+        let file = input::open(path, u64::MAX).map_err(|error| refuse(0, reason(&error), "a table of illuminances"))?;
+        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
         let header = table.headers().map_err(broken)?.clone();
         let column = |name: &str| header.iter().position(|title| title.trim_start_matches('\u{feff}') == name);
         let Some(e_column) = column("E_lx") else {
-            let found = format!("columns {}", header.iter().collect::<Vec<_>>().join(", "));
+            let found = format!("columns {}", listed(header.iter()));
             return Err(refuse(1, found, "a column E_lx, and standard_error_lx where that is known").into());
         };
         let error_column = column("standard_error_lx");
@@ -218,7 +221,7 @@ impl Reference {
                 text => match text.parse::<f64>() {
                     Ok(number) if number.is_nan() => Ok(None),
                     Ok(number) if number.is_finite() => Ok(Some(number)),
-                    _ => Err(refuse(line, format!("\"{text}\" in column {}", &header[column]), expected)),
+                    _ => Err(refuse(line, format!("{} in column {}", quoted(text), &header[column]), expected)),
                 },
             };
             let e = number(e_column, "a number of lux; NaN or nothing where there is no value")?;

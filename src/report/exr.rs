@@ -20,13 +20,18 @@ use std::collections::HashSet;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
+use ::exr::meta::MetaData;
 use ::exr::meta::attribute::Chromaticities;
+use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 use glam::DVec3;
 
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::report::file::first_free;
 use crate::report::{IlluminanceMap, Run, invalid};
+use crate::scene::fields::listed;
+use crate::scene::limits::MOST_CELLS;
 use crate::units::luminance;
 pub use view::write_view;
 
@@ -88,14 +93,16 @@ pub fn read_illuminance(path: &Path) -> std::result::Result<(usize, usize, Vec<f
 /// [`Error::Input`] where the file can't be read, or has neither channel `Y` nor channels `R G B`.
 pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
     let refuse = |found: String, expected: &str| InputError::new(Location::file(path), found, expected);
+    size(path)?;
     let image = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
+        .non_parallel()
         .from_file(path)
-        .map_err(|error| refuse(error.to_string(), "an OpenEXR image"))?;
+        .map_err(|error| refuse(error.to_string().replace(char::is_control, " "), "an OpenEXR image"))?;
     let layer = &image.layer_data;
     let Vec2(columns, rows) = layer.size;
     let channel = |name: &str| {
@@ -109,7 +116,8 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
         }
         _ => {
             let names: Vec<_> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
-            return Err(refuse(format!("channels {}", names.join(", ")), "a channel Y or channels R, G, B, in lx"))?;
+            let found = format!("channels {}", listed(names.iter().map(String::as_str)));
+            return Err(refuse(found, "a channel Y or channels R, G, B, in lx"))?;
         }
     };
     let alpha = channel("A").unwrap_or_else(|| vec![1.0; columns * rows]);
@@ -120,6 +128,32 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
         errors.iter().zip(&has_value).map(known).collect()
     });
     Ok(IlluminanceImage { cells: [columns, rows], illuminance, has_value, standard_error })
+}
+
+/// Columns and rows of an image, of which nothing but the head is read: what it promises is not believed beyond the most that a
+/// scene can have.
+///
+/// # Errors
+/// [`Error::Input`] where the file can't be read, or promises more.
+pub(crate) fn size(path: &Path) -> std::result::Result<[usize; 2], Error> {
+    let refuse = |found: String, expected: &str| InputError::new(Location::file(path), found, expected);
+    let broken =
+        |error: &dyn std::fmt::Display| refuse(error.to_string().replace(char::is_control, " "), "an OpenEXR image");
+    let file = input::open(path, u64::MAX).map_err(|error| broken(&input::why(&error)))?;
+    let head = MetaData::read_from_unbuffered(file, false).map_err(|error| broken(&error))?;
+    let samples = |header: &Header| {
+        let Vec2(columns, rows) = header.layer_size;
+        (columns as u128 * rows as u128) * header.channels.list.len().max(1) as u128
+    };
+    let most = u128::from(MOST_CELLS);
+    if head.headers.iter().any(|header| samples(header) > 8 * most || header.chunk_count as u128 > 8 * most) {
+        return Err(refuse("more samples than memory holds".into(), "as many cells as a scene can have").into());
+    }
+    let Some(header) = head.headers.iter().find(|header| !header.deep) else {
+        return Err(refuse("deep data only".into(), "an OpenEXR image").into());
+    };
+    let Vec2(columns, rows) = header.layer_size;
+    Ok([columns, rows])
 }
 
 /// All channels of a file, in the order of their names, which the format wants.

@@ -207,7 +207,7 @@ fn an_exr_without_illuminance_is_refused_with_what_it_holds() {
         .to_file(&path)
         .unwrap();
     let message = exr::read(&path).unwrap_err().to_string();
-    assert!(message.ends_with("found channels Z, expected a channel Y or channels R, G, B, in lx"), "{message}");
+    assert!(message.ends_with("found channels \"Z\", expected a channel Y or channels R, G, B, in lx"), "{message}");
     std::fs::write(&path, "no image").unwrap();
     assert!(matches!(exr::read(&path), Err(Error::Input(_))));
 }

@@ -89,9 +89,20 @@ pub(crate) fn areas(fields: &Fields, sides: [f64; 2], cells: [usize; 2]) -> Resu
 fn centres(low: [f64; 2], high: [f64; 2], sides: [f64; 2], cells: [usize; 2]) -> usize {
     let inside = |axis: usize| {
         let at = |cell: usize| sides[axis] * (cell as f64 + 0.5) / cells[axis] as f64;
-        (0..cells[axis]).filter(|&cell| holds(low[axis], at(cell), high[axis])).count()
+        let before = first(cells[axis], |cell| holds(low[axis], at(cell), f64::INFINITY));
+        first(cells[axis], |cell| !holds(f64::NEG_INFINITY, at(cell), high[axis])).saturating_sub(before)
     };
     inside(0) * inside(1)
+}
+
+/// The first of so many numbers for which `is_so` holds, as it does for all after it; their count if for none.
+fn first(count: usize, is_so: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if is_so(middle) { high = middle } else { low = middle + 1 }
+    }
+    low
 }
 
 /// Whether `at` lies between two bounds, m, on which a millionth of a millimetre doesn't matter.

@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
@@ -25,34 +26,32 @@ use super::texture;
 use super::{Material, MeasuringPlane, Scene};
 use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::luminaire::body::Solid;
 use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
 use crate::luminaire::web::Web;
 use crate::luminaire::{Distribution, Luminaire, Opening, Supply, colour};
 use crate::units::{self, Lumens};
 
-/// Largest files read, bytes.
-const LARGEST_SCENE: u64 = 64 << 20;
-const LARGEST_MTL: u64 = 64 << 20;
-const LARGEST_TEXTURE: u64 = 256 << 20;
-const LARGEST_PHOTOMETRY: u64 = 64 << 20;
-const LARGEST_OBJ: u64 = 16 << 30;
 /// From this size on, bytes, an OBJ file is read in blocks and by all threads.
 const LARGE_OBJ: u64 = 16 << 20;
 
 impl Scene {
     /// Reads a scene file (TOML) and the meshes it names, checks them, and moves everything to the middle of its
     /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was expected.
+    ///
+    /// The files it names lie in its own folder or below; see [`limits`](super::limits).
     pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::load_dimmed(path, &Dimming::AsWritten)
+        Self::load_with(path, &[], &Dimming::AsWritten)
     }
 
-    /// The same with luminaires dimmed otherwise than the file has them.
+    /// The same, where files may also lie in the folders `include`, or below; with luminaires dimmed otherwise than the file
+    /// has them.
     ///
     /// # Errors
     /// As [`Scene::load`]; also where a level is given to a luminaire that the scene doesn't have.
-    pub fn load_dimmed(path: &Path, dimming: &Dimming) -> Result<Self, Error> {
-        Ok(load(path, dimming)?)
+    pub fn load_with(path: &Path, include: &[PathBuf], dimming: &Dimming) -> Result<Self, Error> {
+        Ok(load(path, Reach::of(path, include), dimming)?)
     }
 }
 
@@ -100,10 +99,16 @@ impl Dimming {
     }
 }
 
-fn load(path: &Path, dimming: &Dimming) -> Result<Scene, InputError> {
-    let mut reader = Reader { hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
-    let bytes = reader
-        .read(path, LARGEST_SCENE)
+/// Why a file that is named can't be read, though it may be there.
+const OUTSIDE: &str = "it lies outside the scene's folder";
+/// What to do about that.
+const INCLUDE: &str = "--include DIR allows files of another folder";
+
+fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputError> {
+    let mut reader = Reader { reach, hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
+    let bytes = input::read(path, LARGEST_SCENE)
+        .map(|bytes| reader.hashed(bytes))
+        .map_err(|error| input::why(&error))
         .map_err(|why| InputError::new(Location::file(path), format!("no scene ({why})"), "a scene file in TOML"))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let line =
@@ -224,6 +229,7 @@ struct PlacedMesh {
 
 /// Reads files, and remembers what they were.
 struct Reader {
+    reach: Reach,
     hash: Sha256,
     warnings: Vec<String>,
     /// Mean colour of each texture read, or why there is none.
@@ -231,27 +237,18 @@ struct Reader {
 }
 
 impl Reader {
-    /// The bytes of a file, which become part of the scene's hash; else why not, in words.
+    /// The bytes of a file that the scene names, which become part of its hash; else why not, in words.
     fn read(&mut self, path: &Path, largest: u64) -> Result<Vec<u8>, String> {
-        let why = |error: io::Error| match error.kind() {
-            io::ErrorKind::NotFound => "there is no such file".to_owned(),
-            io::ErrorKind::PermissionDenied => "reading it is not permitted".to_owned(),
-            _ => error.to_string().replace('\n', " "),
-        };
-        let metadata = fs::metadata(path).map_err(why)?;
-        if metadata.is_dir() {
-            return Err("it is a folder".to_owned());
+        if !self.reach.holds(path) {
+            return Err(OUTSIDE.to_owned());
         }
-        if !metadata.is_file() {
-            return Err("it is not a regular file".to_owned());
-        }
-        if metadata.len() > largest {
-            return Err(format!("its {} MiB are more than the {} MiB allowed", metadata.len() >> 20, largest >> 20));
-        }
-        let bytes = fs::read(path).map_err(why)?;
+        input::read(path, largest).map(|bytes| self.hashed(bytes)).map_err(|error| input::why(&error))
+    }
+
+    fn hashed(&mut self, bytes: Vec<u8>) -> Vec<u8> {
         self.hash.update((bytes.len() as u64).to_le_bytes());
         self.hash.update(&bytes);
-        Ok(bytes)
+        bytes
     }
 
     /// Every mesh of the scene, in world coordinates.
@@ -284,8 +281,7 @@ impl Reader {
     fn obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Result<Obj, InputError> {
         let bytes = self.read(path, LARGEST_OBJ).map_err(|why| {
             let found = format!("file = {} ({why})", quoted(&section.file.value));
-            let error = InputError::new(section.file.at.clone(), found, "an OBJ file");
-            error.hint("its path starts from the scene file's folder")
+            InputError::new(section.file.at.clone(), found, "an OBJ file").hint(path_hint(&why))
         })?;
         Obj::parse(path, &bytes, section.placement.metres_per_unit, asked)
     }
@@ -293,7 +289,7 @@ impl Reader {
     /// A large OBJ file, if it is one without faults; then its bytes become part of the scene's hash as in `read`.
     fn large_obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Option<Obj> {
         let metadata = fs::metadata(path).ok()?;
-        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) {
+        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) || !self.reach.holds(path) {
             return None;
         }
         let mut hash = self.hash.clone();
@@ -336,7 +332,7 @@ impl Reader {
         let bytes = self.read(path, LARGEST_PHOTOMETRY).map_err(|why| {
             let found = format!("photometry = {} ({why})", quoted(&named.value));
             let expected = "a photometric file (.ies, .ldt), \"lambertian\" or \"isotropic\"";
-            InputError::new(named.at.clone(), found, expected).hint("its path starts from the scene file's folder")
+            InputError::new(named.at.clone(), found, expected).hint(path_hint(&why))
         })?;
         let photometry = Photometry::parse(path, &bytes)?;
         self.warnings.extend(photometry.notes.iter().map(|note| format!("{}: {note}", path.display())));
@@ -426,6 +422,11 @@ impl Reader {
     }
 }
 
+/// What to do where a file that the scene names can't be read.
+fn path_hint(why: &str) -> &'static str {
+    if why == OUTSIDE { INCLUDE } else { "its path starts from the scene file's folder" }
+}
+
 /// A file whose bytes are hashed as they are read.
 struct Hashed {
     file: File,
@@ -509,6 +510,8 @@ struct Parts {
     centre: DVec3,
     mesh: Mesh,
     materials: Vec<Material>,
+    /// Those of a name.
+    numbers: HashMap<String, Vec<u32>>,
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
@@ -528,11 +531,14 @@ struct Emitter {
 
 impl Parts {
     fn add_material(&mut self, material: Material) -> u32 {
-        let number = self.materials.iter().position(|known| *known == material).unwrap_or_else(|| {
-            self.materials.push(material);
-            self.materials.len() - 1
-        });
-        u32::try_from(number).expect("a file of 16 GiB names fewer than 4e9 materials")
+        let alike = self.numbers.entry(material.name.clone()).or_default();
+        if let Some(&known) = alike.iter().find(|&&number| self.materials[number as usize] == material) {
+            return known;
+        }
+        let number = u32::try_from(self.materials.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
+        alike.push(number);
+        self.materials.push(material);
+        number
     }
 
     /// Adds vertices, with room behind them for one more, as Embree wants it. Returns the number of the first.

@@ -342,7 +342,7 @@ impl<'a> Fields<'a> {
         };
         let table = |(name, item): (&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)| match item.get_ref() {
             DeValue::Table(table) => Ok((name.get_ref().as_ref(), self.source.at(&name.span()), table)),
-            other => Err(refuse(name, format!("{key}.{} = {}", name.get_ref(), described(other)))),
+            other => Err(refuse(name, format!("{key}.{} = {}", plain(name.get_ref()), described(other)))),
         };
         named.iter().map(table).collect()
     }
@@ -414,7 +414,7 @@ fn within(what: &str, least: u64, most: u64) -> String {
 
 /// A value in the words of the file, short enough for one line.
 fn described(value: &DeValue) -> String {
-    match value {
+    cut(&match value {
         DeValue::String(text) => quoted(text),
         DeValue::Integer(integer) => integer.to_string(),
         DeValue::Float(float) => float.as_str().to_owned(),
@@ -425,7 +425,21 @@ fn described(value: &DeValue) -> String {
             format!("[{}]", items.iter().map(|item| described(item.get_ref())).collect::<Vec<_>>().join(", "))
         }
         DeValue::Array(items) => format!("a list of {}", items.len()),
+    })
+}
+
+/// The beginning of a text, where it is long.
+fn cut(text: &str) -> String {
+    const LONGEST: usize = 100;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
     }
+}
+
+/// A name that stands in a message as it is, without quotes.
+pub(crate) fn plain(name: &str) -> String {
+    cut(&cut(name).chars().flat_map(escaped).collect::<String>())
 }
 
 /// Text in quotes, on one line, cut where it is long.

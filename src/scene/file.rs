@@ -6,7 +6,8 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::areas::areas;
-use super::fields::{FARTHEST, Fields, Placed, Source, quoted};
+use super::fields::{FARTHEST, Fields, Placed, Source, plain, quoted};
+use super::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS, MOST_SENSORS};
 use super::material::{Dielectric, Sides};
 use super::measure::{Measure, measure};
 use super::measured::{self, SurfaceSection};
@@ -120,13 +121,6 @@ pub(crate) struct Array {
     pub(crate) at: Location,
 }
 
-/// Most cells of one measuring plane, and pixels of a camera: 200 MB for each f64 kept of a cell.
-const MOST_CELLS: u64 = 25_000_000;
-/// Most sensors of a scene.
-const MOST_SENSORS: u64 = 1_000_000;
-/// Most luminaires of a scene.
-pub(crate) const MOST_LUMINAIRES: u64 = 1_000_000;
-
 impl SceneFile {
     /// Reads the text of the file at `path`.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, InputError> {
@@ -204,7 +198,7 @@ fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, Inpu
 fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
     const KNOWN: [&str; 6] = ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric"];
     const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
-    let section = format!("[material.{}]", name.escape_debug());
+    let section = format!("[material.{}]", plain(name));
     let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
     let share = |key: &str, hint: &str| fields.channels(key, SHARE).map_err(|error| error.hint(hint));
     let reflectance = share("reflectance", "white paint: about 0.85")?;
@@ -284,7 +278,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
         maintenance: maintenance_factor(&fields)?,
         colour: light_colour(&fields)?,
         group: fields.name("group")?.map(|group| group.value),
-        array: array(&fields)?,
+        array: array(&fields, MOST_LUMINAIRES, "luminaires")?,
     })
 }
 
@@ -408,15 +402,15 @@ fn light_colour(fields: &Fields) -> Result<[f64; 3], InputError> {
     }
 }
 
-fn array(fields: &Fields) -> Result<Option<Array>, InputError> {
+fn array(fields: &Fields, most: u64, what: &str) -> Result<Option<Array>, InputError> {
     let Some(array) = fields.table("array", "{ count = [3, 5], pitch = [2.0, 1.44] }", &["count", "pitch"])? else {
         return Ok(None);
     };
-    let count = array.whole_pair("count", 1, MOST_LUMINAIRES)?.ok_or_else(|| array.missing("count", "[3, 5]"))?;
+    let count = array.whole_pair("count", 1, most)?.ok_or_else(|| array.missing("count", "[3, 5]"))?;
     let pitch = array.numbers("pitch", "two distances in metres, within ±1e9", |n| n.abs() <= FARTHEST)?;
     let pitch = pitch.ok_or_else(|| array.missing("pitch", "[2.0, 1.44] (m)"))?;
-    if count.value[0] * count.value[1] > MOST_LUMINAIRES {
-        return Err(array.refusal("count", format!("at most {MOST_LUMINAIRES} luminaires")));
+    if count.value[0] * count.value[1] > most {
+        return Err(array.refusal("count", format!("at most {most} {what}")));
     }
     Ok(Some(Array { count: count.value, pitch: pitch.value, at: array.at }))
 }
@@ -440,12 +434,13 @@ fn surfaces(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<
 fn planes(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<MeasuringPlane>, InputError> {
     let mut planes: Vec<MeasuringPlane> = Vec::with_capacity(sections.len());
     let mut names = Names::new("plane");
+    let mut left = MOST_CELLS;
     for (at, table) in sections {
         const KNOWN: [&str; 9] = ["name", "corner", "along", "across", "cells", "on", "margin", "required", "task"];
         let fields = Fields::new(source, "[[plane]]", at, table, &KNOWN)?;
         let name = names.take_file(&fields, "exr")?;
         let [along, across] = sides(&fields)?;
-        let cells = whole_image(&fields, "cells", "[120, 144]", "cells")?;
+        let cells = whole_image(&fields, "cells", "[120, 144]", MOST_CELLS, &mut left)?;
         planes.push(MeasuringPlane {
             name,
             corner: fields.metres("corner")?.ok_or_else(|| fields.missing("corner", "[x, y, z] (m)"))?.value,
@@ -469,6 +464,7 @@ fn cameras(
 ) -> Result<Vec<Camera>, InputError> {
     let mut cameras = Vec::with_capacity(sections.len());
     let mut names = Names::new("camera");
+    let mut left = MOST_PIXELS;
     for (at, table) in sections {
         const KNOWN: [&str; 6] = ["name", "eye", "look_at", "up", "fov", "pixels"];
         let fields = Fields::new(source, "[[camera]]", at, table, &KNOWN)?;
@@ -482,7 +478,7 @@ fn cameras(
         let fov =
             fields.number("fov", "degrees from bottom to top, from 0.01 to 170", |n| (0.01..=170.0).contains(&n))?;
         let fov = fov.ok_or_else(|| fields.missing("fov", "60 (degrees from bottom to top)"))?.value;
-        let pixels = whole_image(&fields, "pixels", "[960, 540]", "pixels")?;
+        let pixels = whole_image(&fields, "pixels", "[960, 540]", MOST_PIXELS, &mut left)?;
         cameras.push(Camera { name, eye, forward, right, up, fov, pixels });
     }
     Ok(cameras)
@@ -522,14 +518,19 @@ fn sides(fields: &Fields) -> Result<[DVec3; 2], InputError> {
     Ok([along, across])
 }
 
-/// Columns and rows of an image.
-fn whole_image(fields: &Fields, key: &str, example: &str, what: &str) -> Result<[usize; 2], InputError> {
-    let expected = || format!("two whole numbers from 1 up, at most {MOST_CELLS} {what} in all");
-    let sides = fields.whole_pair(key, 1, MOST_CELLS)?.ok_or_else(|| fields.missing(key, example))?.value;
-    match sides.map(usize::try_from) {
-        [Ok(columns), Ok(rows)] if sides[0] * sides[1] <= MOST_CELLS => Ok([columns, rows]),
-        _ => Err(fields.refusal(key, expected())),
+/// Columns and rows of an image, of `most` points of which earlier ones have left some.
+fn whole_image(fields: &Fields, key: &str, example: &str, most: u64, left: &mut u64) -> Result<[usize; 2], InputError> {
+    let sides = fields.whole_pair(key, 1, most)?.ok_or_else(|| fields.missing(key, example))?.value;
+    let all = sides[0] * sides[1];
+    if all > most {
+        return Err(fields.refusal(key, format!("two whole numbers from 1 up, at most {most} {key} in all")));
     }
+    if all > *left {
+        let error = fields.refusal(key, format!("at most {left} {key}"));
+        return Err(error.hint(format!("all sections of its kind together have at most {most}")));
+    }
+    *left -= all;
+    Ok(sides.map(|side| side as usize))
 }
 
 fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<Sensor>, InputError> {
@@ -570,7 +571,7 @@ fn sensors(source: &Source, sections: Vec<(Location, &DeTable)>) -> Result<Vec<S
 
 /// A sensor, or all of its array: rows along world x and y.
 fn spread_out(sensor: Sensor, fields: &Fields, names: &mut Names, sensors: &mut Vec<Sensor>) -> Result<(), InputError> {
-    let Some(Array { count, pitch, .. }) = array(fields)? else {
+    let Some(Array { count, pitch, .. }) = array(fields, MOST_SENSORS, "sensors")? else {
         sensors.push(sensor);
         return Ok(());
     };

@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use super::Dimming;
 use super::fields::{FARTHEST, Placed};
-use super::file::{LuminaireSection, MOST_LUMINAIRES, Shape, duplicate};
+use super::file::{LuminaireSection, Shape, duplicate};
+use super::limits::{MOST_LUMINAIRES, MOST_OPENING_TRIANGLES};
 use crate::error::{InputError, Location};
 use crate::luminaire::body::Body;
 use crate::luminaire::web::{Measured, Web};
@@ -53,11 +54,18 @@ pub(crate) fn spread<'a>(
 ) -> Result<Vec<Fixture<'a>>, InputError> {
     let mut fixtures = Vec::new();
     let mut taken: HashMap<String, Location> = HashMap::new();
+    let mut triangles = 0;
     for (section, lamp) in sections.iter().zip(lamps) {
         let count = section.array.as_ref().map_or([1, 1], |array| array.count);
         if fixtures.len() as u64 + count[0] * count[1] > MOST_LUMINAIRES {
             let found = format!("more than {MOST_LUMINAIRES} luminaires in all");
             return Err(InputError::new(section.name.at.clone(), found, format!("at most {MOST_LUMINAIRES}")));
+        }
+        triangles += member(section, lamp, 0, 0)?.body().1.len() * (count[0] * count[1]) as usize;
+        if triangles > MOST_OPENING_TRIANGLES {
+            let found = format!("openings of {triangles} triangles and more in all");
+            let error = InputError::new(section.name.at.clone(), found, format!("at most {MOST_OPENING_TRIANGLES}"));
+            return Err(error.hint("a rectangle has 2, a disc 62, a ball 320; a point has none"));
         }
         for row in 0..count[1] {
             for column in 0..count[0] {

@@ -76,6 +76,12 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
+/// Whether a word can be a number, for `tobj` as for us: it parts words at Unicode's blanks too, such as a vertical tab or a
+/// no-break space, and then finds fewer or more of them.
+pub(crate) fn is_plain(word: &[u8]) -> bool {
+    word.iter().all(u8::is_ascii_graphic)
+}
+
 /// A name as text: UTF-8, else taken for Latin-1, as older Windows programs write it.
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap_or_else(|_| bytes.iter().map(|&byte| char::from(byte)).collect())

@@ -92,7 +92,13 @@ impl MeasuredSurface {
         let mut surface = Self { name, back, spacing, samples: Vec::new(), triangles: Vec::new(), nodes: Vec::new() };
         for &triangle in triangles {
             let [a, b, c] = mesh.corners(triangle as usize);
-            let root = surface.cut(Sample { corners: if back { [a, c, b] } else { [a, b, c] } })?;
+            let whole = Sample { corners: if back { [a, c, b] } else { [a, b, c] } };
+            // No fewer than these, so that halving ends long before halves are all alike.
+            let least = (whole.area() / spacing / spacing).max(whole.longest().0 / (LONGEST * spacing));
+            if least.is_nan() || least > MOST_SAMPLES as f64 {
+                return None;
+            }
+            let root = surface.cut(whole)?;
             surface.triangles.push((triangle, root));
         }
         Some(surface)

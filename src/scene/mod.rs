@@ -9,6 +9,7 @@ mod camera;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
+pub mod limits;
 mod lines;
 pub mod material;
 pub mod measure;
@@ -35,6 +36,8 @@ pub use material::{Dielectric, Material, Sides};
 pub use measure::Measure;
 pub use measured::MeasuredSurface;
 pub use mesh::Mesh;
+#[doc(hidden)]
+pub use obj::large::read_obj_both_ways;
 
 /// A validated scene, ready to be traced.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::fields::{Placed, quoted};
-use super::lines::{Feed, Lines, keyword, text, words};
+use super::lines::{Feed, Lines, is_plain, keyword, text, words};
 use crate::error::{InputError, Location};
 
 /// A material of an MTL file, as written: ranges are checked where the values are used.
@@ -169,6 +169,11 @@ impl Tidy<'_> {
                 return Err(InputError::new(Location::line(self.path, self.line), found, format!("{key} and {count}")));
             }
         };
+        if !values.iter().all(|value| is_plain(value)) {
+            let found = quoted(&format!("{key} {}", text(rest)));
+            let expected = "a keyword and finite numbers, as in Kd 0.5 0.5 0.5";
+            return Err(InputError::new(Location::line(self.path, self.line), found, expected));
+        }
         out.extend_from_slice(key.as_bytes());
         for value in values {
             out.push(b' ');

@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 ///
 /// A triangle stays as it is, a convex polygon becomes a fan, any other loses its ears one after another (Meisters 1975):
 /// corners whose triangle holds no other corner. A polygon that crosses itself has no such end; what is left of it then
-/// becomes a fan. Slightly bent polygons are cut as they look along their mean normal. Cost: O(n) if convex, O(n²) as a
-/// rule if not.
+/// becomes a fan. Slightly bent polygons are cut as they look along their mean normal. Cost: O(n) if convex, O(n²)
+/// if not.
 pub(crate) fn triangles_of(corners: &[DVec3]) -> Vec<[usize; 3]> {
     match corners.len() {
         0..=2 => Vec::new(),
@@ -49,36 +49,53 @@ fn fan(corners: &[usize]) -> Vec<[usize; 3]> {
 
 fn clip_ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
+    let mut is_left = vec![true; flat.len()];
+    let mut doubts: Vec<Option<Doubt>> = vec![None; flat.len()];
     let mut triangles = Vec::with_capacity(flat.len() - 2);
     // Go round, cutting each ear met; after a whole round without one there is none.
     let (mut i, mut without) = (0, 0);
     while left.len() > 3 && without < left.len() {
         let n = left.len();
         i %= n;
-        let [before, here, after] = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
-        if is_ear(flat, &left, [before, here, after]) {
-            triangles.push([before, here, after]);
-            left.remove(i);
-            without = 0;
-        } else {
-            i += 1;
-            without += 1;
+        let ear = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
+        let known = doubts[ear[1]].filter(|doubt| doubt.beside == [ear[0], ear[2]]).map_or(0, |doubt| doubt.inside);
+        match corner_inside(flat, &is_left, ear, known) {
+            None => {
+                triangles.push(ear);
+                is_left[ear[1]] = false;
+                left.remove(i);
+                without = 0;
+            }
+            Some(inside) => {
+                doubts[ear[1]] = Some(Doubt { beside: [ear[0], ear[2]], inside });
+                i += 1;
+                without += 1;
+            }
         }
     }
     triangles.extend(fan(&left));
     triangles
 }
 
-fn is_ear(flat: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
+/// Why a corner is no ear between two others: the first corner that its triangle holds. Kept, so that no corner is looked at
+/// twice for one triangle, and even the worst polygon takes time by the square of its corners.
+#[derive(Clone, Copy)]
+struct Doubt {
+    beside: [usize; 2],
+    inside: usize,
+}
+
+/// The first corner from `from` on that keeps `ear` from being one; its number of corners where it turns the wrong way.
+fn corner_inside(flat: &[DVec2], is_left: &[bool], ear: [usize; 3], from: usize) -> Option<usize> {
     let [a, b, c] = ear.map(|corner| flat[corner]);
-    if turn(a, b, c) < 0.0 {
-        return false;
+    if from == flat.len() || turn(a, b, c) < 0.0 {
+        return Some(flat.len());
     }
     let holds = |p: DVec2| {
         // A corner may be named twice, where a slit joins a hole to the outline.
         p != a && p != b && p != c && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
     };
-    !left.iter().any(|&corner| holds(flat[corner]))
+    (from..flat.len()).find(|&corner| is_left[corner] && holds(flat[corner]))
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Most pixels of a texture, which take 0.8 GB from a JPEG file: as many as a square of 16,384.
-const MOST_PIXELS: u64 = 1 << 28;
+/// Most pixels of a texture: as many as a square of 8192. A file of some kilobytes may promise them; a progressive JPEG file of
+/// so many takes 0.6 GB and 2 s.
+const MOST_PIXELS: u64 = 1 << 26;
 
 /// Mean of an image's pixels, linear Rec. 709 from 0 to 1, or why there is none. Pixels are taken for sRGB and decoded
 /// before they are averaged: it is light that adds up. Transparent pixels count by their opacity. The whole image counts

@@ -20,6 +20,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Passes, tape::Tape};
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::report::file;
 
 const MAGIC: &[u8] = b"luxmap state 2\n";
@@ -129,7 +130,7 @@ impl Kept {
     }
 
     fn read(path: &Path) -> io::Result<Self> {
-        let mut file = File::open(path)?;
+        let mut file = input::open(path, u64::MAX)?;
         let whole = file.metadata()?.len();
         let Some(content) = whole.checked_sub(CHECKSUM as u64).filter(|&content| content >= MAGIC.len() as u64) else {
             return Err(io::ErrorKind::UnexpectedEof.into());

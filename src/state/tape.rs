@@ -66,9 +66,7 @@ impl Tape<'_> {
             Self::In(from) => {
                 let mut bytes = [[0; 8]; 2];
                 from.read_exact(bytes.as_flattened_mut())?;
-                let other = Sum::from_parts(bytes.map(f64::from_le_bytes));
-                sum.merge(other);
-                if other.value().is_finite() { Ok(()) } else { Err(not_finite()) }
+                if add(sum, bytes) { Ok(()) } else { Err(not_finite()) }
             }
             Self::Clear => {
                 *sum = Sum::ZERO;
@@ -84,15 +82,7 @@ impl Tape<'_> {
             return Ok(());
         }
         self.same(sums.len(), "sums")?;
-        self.blocks(
-            sums,
-            |sum| sum.parts().map(f64::to_le_bytes),
-            |sum, bytes| {
-                let other = Sum::from_parts(bytes.map(f64::from_le_bytes));
-                sum.merge(other);
-                other.value().is_finite()
-            },
-        )
+        self.blocks(sums, |sum| sum.parts().map(f64::to_le_bytes), add)
     }
 
     /// A plain sum of parts that need no rounding: written, or added to.
@@ -188,6 +178,12 @@ impl Tape<'_> {
         }
         Ok(())
     }
+}
+
+/// Adds a sum as it was kept; whether the whole is a number.
+fn add(sum: &mut Sum, bytes: [[u8; 8]; 2]) -> bool {
+    sum.merge(Sum::from_parts(bytes.map(f64::from_le_bytes)));
+    sum.parts().iter().all(|part| part.is_finite())
 }
 
 fn not_finite() -> io::Error {

@@ -207,7 +207,15 @@ fn read_tilt(path: &Path, line: usize, what: &str, words: &mut Words) -> Result<
         let expected = "NONE, INCLUDE or the name of a file in the same folder";
         return Err(InputError::new(at(), format!("TILT={}", quoted(what)), expected));
     }
-    let file = path.parent().unwrap_or(Path::new("")).join(name);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = folder.join(name);
+    // A link may lead elsewhere.
+    if let (Ok(real), Ok(folder)) = (file.canonicalize(), Path::new(".").join(folder).canonicalize())
+        && !real.starts_with(folder)
+    {
+        let found = format!("TILT={}, which lies in another folder", quoted(what));
+        return Err(InputError::new(at(), found, "the name of a file in the same folder"));
+    }
     let content = super::content(&file).map_err(|error| InputError {
         at: at(),
         found: format!("TILT={}, {} there", quoted(what), error.found),

@@ -10,8 +10,6 @@ mod opening;
 mod table;
 mod text;
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 pub use opening::{LuminousOpening, Shape};
@@ -20,6 +18,8 @@ use self::table::Table;
 use self::text::Words;
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
+use crate::input;
+use crate::scene::limits::LARGEST_PHOTOMETRY;
 
 /// Largest intensity that is believed, cd: a hundred million times a searchlight's would be a mistake.
 const BRIGHTEST: f64 = 1e15;
@@ -221,22 +221,11 @@ impl Notes {
 
 /// Content of a regular file that isn't too long.
 fn content(path: &Path) -> Result<Vec<u8>, InputError> {
-    let expected = "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)";
-    let refuse = |found: String| Err(InputError::new(Location::file(path), found, expected));
-    let mut content = Vec::new();
-    let read = File::open(path).and_then(|file| {
-        let regular = file.metadata()?.is_file();
-        if regular {
-            file.take(text::LONGEST + 1).read_to_end(&mut content)?;
-        }
-        Ok(regular)
-    });
-    match read {
-        Err(error) => refuse(format!("no file that can be read ({error})")),
-        Ok(false) => refuse("something that is no file".into()),
-        Ok(true) if content.len() as u64 > text::LONGEST => refuse(format!("more than {} MiB", text::LONGEST >> 20)),
-        Ok(true) => Ok(content),
-    }
+    input::read(path, LARGEST_PHOTOMETRY).map_err(|error| {
+        let expected = "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)";
+        let found = format!("no file that can be read ({})", input::why(&error));
+        InputError::new(Location::file(path), found, expected)
+    })
 }
 
 /// Intensities of a table, cd.

@@ -4,9 +4,6 @@ use std::path::Path;
 
 use crate::error::{InputError, Location};
 
-/// Longest file that is read, bytes: a table of a quarter of a degree in both directions has less.
-pub(super) const LONGEST: u64 = 16 << 20;
-
 /// Angles nearer than this are the same, degrees.
 pub(super) const CLOSEST: f64 = 1e-6;
 

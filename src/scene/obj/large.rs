@@ -15,10 +15,11 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::fields::FARTHEST;
+use super::super::fields::{FARTHEST, Placed};
 use super::super::lines::{Lines, keyword, text, words};
 use super::super::measured::Groups;
 use super::{MOST_CORNERS, Names, Obj, number};
+use crate::error::InputError;
 
 /// How the file is cut.
 #[derive(Clone, Copy)]
@@ -400,18 +401,18 @@ impl Faces {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
+/// Reads a text in both ways, the large one cut in several ways: how many triangles it has, or why it is refused, and whether
+/// the large reader took it. For tests and fuzz targets.
+///
+/// # Panics
+/// Where the readers don't agree.
+#[doc(hidden)]
+pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     const ASKED: [&str; 2] = ["a", "b c"];
-
-    /// Everything that both readers tell, coordinates as bits.
-    fn told(obj: &Obj) -> impl PartialEq + std::fmt::Debug + use<> {
+    // Everything that both readers tell, coordinates as bits.
+    let told = |obj: &Obj| {
         let bits: Vec<[u64; 3]> = obj.vertices.iter().map(|vertex| vertex.to_array().map(f64::to_bits)).collect();
-        let places = |names: &[super::super::Placed<String>]| -> Vec<String> {
+        let places = |names: &[Placed<String>]| -> Vec<String> {
             names.iter().map(|name| format!("{}: {}", name.at, name.value)).collect()
         };
         let ranges = ASKED.map(|group| obj.groups.ranges(group, obj.triangles.len()));
@@ -420,24 +421,41 @@ mod tests {
             (places(&obj.materials), places(&obj.libraries), obj.named.clone()),
             (ranges, obj.groups.named.clone()),
         )
-    }
-
-    /// Reads a text in both ways, cut in several ways. Whether the large reader took it, and whether it had to.
-    fn compare(text: &[u8]) -> (bool, bool) {
-        let path = Path::new("mesh.obj");
-        let asked = ASKED.map(str::to_owned).into();
-        let usual = Obj::parse(path, text, 0.5, &asked);
-        let cuts = [(1, 1), (7, 3), (64, 2), (1 << 20, 1)];
-        let mut taken = [false; 4];
-        for ((block, blocks), taken) in cuts.into_iter().zip(&mut taken) {
-            if let Some(large) = Obj::read_large(path, text, Cut { block, blocks }, 0.5, &asked) {
-                let usual = usual.as_ref().expect("only a good file is taken");
-                assert_eq!(told(&large), told(usual), "{}", String::from_utf8_lossy(text));
-                *taken = true;
-            }
+    };
+    let path = Path::new("mesh.obj");
+    let asked = ASKED.map(str::to_owned).into();
+    let usual = Obj::parse(path, text, 0.5, &asked);
+    let cuts: &[_] = if text.len() < 4096 { &[(1, 1), (7, 3), (64, 2), (1 << 20, 1)] } else { &[(1000, 3)] };
+    let taken = cuts.iter().map(|&(block, blocks)| {
+        let large = Obj::read_large(path, text, Cut { block, blocks }, 0.5, &asked);
+        if let Some(large) = &large {
+            let usual = usual.as_ref().expect("only a good file is taken");
+            assert!(told(large) == told(usual), "the readers differ on {}", String::from_utf8_lossy(text));
         }
-        assert!(taken.iter().all(|&now| now == taken[0]), "how a file is cut makes no difference");
-        (taken[0], usual.is_ok())
+        large.is_some()
+    });
+    let taken: Vec<bool> = taken.collect();
+    assert!(taken.iter().all(|&now| now == taken[0]), "how a file is cut makes no difference");
+    if let Ok(obj) = &usual {
+        let corners = obj.triangles.as_flattened();
+        assert!(
+            corners.iter().all(|&corner| (corner as usize) < obj.vertices.len())
+                && obj.vertices.iter().all(|v| v.is_finite())
+        );
+    }
+    (usual.map(|obj| obj.triangles.len()), taken[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Whether the large reader took a text, and whether it had to.
+    fn compare(text: &[u8]) -> (bool, bool) {
+        let (usual, taken) = read_obj_both_ways(text);
+        (taken, usual.is_ok())
     }
 
     fn coordinate() -> impl Strategy<Value = String> {

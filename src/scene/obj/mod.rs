@@ -9,7 +9,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::fields::{FARTHEST, Placed, quoted};
-use super::lines::{Feed, Lines, keyword, text, words};
+use super::lines::{Feed, Lines, is_plain, keyword, text, words};
 use super::measured::Groups;
 use super::polygon;
 use crate::error::{InputError, Location};
@@ -105,6 +105,10 @@ impl Obj {
         Ok(())
     }
 }
+
+/// What could stand in the lines of vertices and faces.
+const POSITION: &str = "v x y z, three finite numbers";
+const CORNERS: &str = "f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1";
 
 /// Adds the triangles of a face whose corners are numbered from the vertex `first` on.
 fn add_face(corners: &[u32], first: u32, vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
@@ -229,6 +233,9 @@ impl<'a> Tidy<'a> {
                 InputError::new(self.here(), quoted(&text(rest)), "three finite numbers").hint("repair the vertex")
             );
         }
+        if !words(rest).all(is_plain) {
+            return Err(InputError::new(self.here(), quoted(&format!("v {}", text(rest))), POSITION));
+        }
         let count = words(rest).count();
         out.push(b'v');
         for word in words(rest).take(if count == 4 { 4 } else { 3 }) {
@@ -255,6 +262,9 @@ impl<'a> Tidy<'a> {
             if vertex.is_empty() {
                 let found = format!("the corner {} without a vertex", quoted(&text(word)));
                 return Err(InputError::new(self.here(), found, "a vertex number, as in f 1/1/1 2/2/1 3/3/1"));
+            }
+            if !is_plain(vertex) {
+                return Err(InputError::new(self.here(), quoted(&format!("f {}", text(rest))), CORNERS));
             }
             out.push(b' ');
             out.extend_from_slice(vertex);
@@ -303,8 +313,8 @@ fn at_fault(path: &Path, bytes: &[u8], error: tobj::LoadError, stopped_at: usize
     }
     let line = Lines::new(bytes).find(|&(number, _)| number == stopped_at).map(|(_, line)| line).unwrap_or_default();
     let expected = match keyword(&line).0 {
-        b"v" => "v x y z, three finite numbers",
-        b"f" => "f and vertex numbers, as in f 1 2 3 or f 1/1/1 2/2/1 3/3/1",
+        b"v" => POSITION,
+        b"f" => CORNERS,
         _ => "a line of an OBJ file",
     };
     InputError::new(Location::line(path, stopped_at), quoted(&text(&line)), expected)
