@@ -502,6 +502,6 @@ impl Program {
         let solved = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
         let values = std::mem::take(&mut solver.solution.x);
         let finite = values.iter().all(|value| value.is_finite());
-        (solved && finite).then(|| (solver.solution.obj_val * unit + self.constant, values))
+        (solved && finite).then_some((solver.solution.obj_val * unit + self.constant, values))
     }
 }
