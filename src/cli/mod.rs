@@ -1,6 +1,7 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
 mod batch;
+mod check;
 mod converge;
 mod luminaire;
 mod merge;
@@ -35,6 +36,7 @@ enum Command {
     Merge(merge::Arguments),
     Office(office::Arguments),
     Batch(batch::Arguments),
+    Check(check::Arguments),
 }
 
 /// What a command that ran found out.
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Office(arguments) => office::run(&arguments),
         Command::Batch(arguments) => batch::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

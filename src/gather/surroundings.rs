@@ -146,6 +146,11 @@ impl Surroundings {
         Self::from_distances(distances, radius)
     }
 
+    /// Of a point with nothing about it.
+    pub fn open() -> Self {
+        Self(None)
+    }
+
     fn from_distances(distances: [f32; FAN], radius: f32) -> Self {
         // The chord between two ends comes nearer than both by less than 1 %: sectors are at most 7.2° wide.
         let open = distances.iter().all(|&distance| distance > 1.01 * radius);
