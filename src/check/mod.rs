@@ -63,7 +63,6 @@ struct Trial {
     method: Method,
     photons: Option<u64>,
     rays: Option<u32>,
-    passes: u32,
     nearest: Option<usize>,
     expected: Vec<Expected>,
     /// Another scene and what its values are to be multiplied by: what is exact is what is found there.
@@ -225,7 +224,6 @@ impl Case {
             method: Method::Gather,
             photons: None,
             rays: None,
-            passes: 1,
             nearest: None,
             expected: Vec::new(),
             twin: None,
@@ -260,10 +258,6 @@ impl Case {
 
     fn rays(self, rays: u32) -> Self {
         self.with(|trial| trial.rays = Some(rays))
-    }
-
-    fn passes(self, passes: u32) -> Self {
-        self.with(|trial| trial.passes = passes)
     }
 
     fn nearest(self, nearest: usize) -> Self {
@@ -397,7 +391,7 @@ impl Trial {
             photons: self.photons.unwrap_or(defaults.photons),
             rays: self.rays.unwrap_or(defaults.rays),
             nearest: self.nearest,
-            passes: Some(self.passes),
+            passes: Some(1),
             seed: 1,
             ..defaults
         };

@@ -159,15 +159,17 @@ impl Receiver {
         tolerance: f32,
         margin: f32,
     ) -> Self {
-        let normal = u.cross(v).as_vec3();
+        let (normal, axes) = (u.cross(v).as_vec3(), [u.as_vec3(), v.as_vec3()]);
         let starts: Vec<(Vec3, bool)> = points
             .par_iter()
             .map(|point| {
                 let point = point.as_vec3();
-                match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance) {
+                let (start, on_surface) = match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance)
+                {
                     Some(hit) => (hit.leave(normal), true),
                     None => (point, false),
-                }
+                };
+                (off_walls(start, normal, axes, if on_surface { tolerance } else { 0.0 }, caster), on_surface)
             })
             .collect();
         let (starts, on_surface) = starts.into_iter().unzip();
@@ -278,6 +280,36 @@ impl Receiver {
         let inside = |axis: usize| self.low[axis] <= at[axis] && at[axis] <= self.high[axis];
         (inside(0) && inside(1)).then_some(at)
     }
+}
+
+/// How near a wall a point may be, and how far it is moved off, in the longest steps that rays start off surfaces.
+const TOUCHING: f32 = 0.75;
+const CLEAR: f32 = 2.0;
+
+/// A start that lies in a wall as well, at the edge of a floor or where a sheet cuts through a grid, moved off that wall: to the
+/// side where the floor goes on (`tolerance` is how far that may lie below, 0 in the air), or else where another surface faces
+/// the wall. Half of what such a point sees lies in its wall's own plane, where rays slip by on either side and shadows have no
+/// edge: it would get the light of both sides, or of none.
+fn off_walls(start: Vec3, normal: Vec3, axes: [Vec3; 2], tolerance: f32, caster: &RayCaster) -> Vec3 {
+    let step = caster.longest_step();
+    let touched = |at: Vec3| {
+        let across = |axis: &Vec3| caster.closest_hit(at - *axis * (TOUCHING * step), *axis, 2.0 * TOUCHING * step);
+        axes.iter().find_map(across)
+    };
+    let mut at = start;
+    // As many walls as meet in a corner.
+    for _ in 0..4 {
+        let Some(wall) = touched(at) else { break };
+        let Some(side) = (wall.normal - normal * wall.normal.dot(normal)).try_normalize() else { break };
+        let moved = |side: Vec3| at + side * (CLEAR * step - (at - wall.position).dot(side));
+        let is_inside = |side: Vec3| {
+            let beside = moved(side);
+            let floor = tolerance > 0.0 && caster.is_occluded(beside, -normal, tolerance);
+            u8::from(floor) + u8::from(caster.is_occluded(beside, side, f32::INFINITY))
+        };
+        at = if is_inside(side) >= is_inside(-side) { moved(side) } else { moved(-side) };
+    }
+    at
 }
 
 /// Photons stored for one query structure: positions (m) and flux (lm), side by side.

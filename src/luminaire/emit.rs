@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::body::Body;
-use super::{Distribution, Luminaire, Opening};
+use super::{Distribution, Luminaire, Opening, drawn_shares};
 use crate::embree::RayCaster;
 use crate::photon::flux::{Flux, channels};
 use crate::photon::random::Stream;
@@ -11,7 +11,7 @@ use crate::photon::random::Stream;
 /// All luminaires of a scene, ready to emit the photons of one pass.
 pub struct Emission<'a, const C: usize> {
     luminaires: &'a [Luminaire],
-    /// Running sum of the luminaires' shares of the flux; the last is 1.
+    /// Running sum of the luminaires' shares of the photons, those of the flux but for faint ones; the last is 1.
     shares: Vec<f64>,
     /// What one photon of each luminaire carries.
     flux: Vec<Flux<C>>,
@@ -32,18 +32,23 @@ pub struct Emitted<const C: usize> {
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
-    /// Prepares `photons` photons that carry equal luminous flux, to fly through what `caster` holds.
+    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the others: see
+    /// [`drawn_shares`]), to fly through what `caster` holds.
     pub fn new(luminaires: &'a [Luminaire], photons: u64, caster: &'a RayCaster) -> Self {
         let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
         let running = |sum: &mut f64, part: f64| {
             *sum += part;
             Some(*sum)
         };
-        let shares = luminaires.iter().map(|luminaire| luminaire.flux.0 / total).scan(0.0, running).collect();
+        let drawn = drawn_shares(luminaires);
+        let shares = drawn.iter().map(|(share, _)| *share).scan(0.0, running).collect();
         let each = total / photons as f64;
         let flux = luminaires
             .iter()
-            .map(|luminaire| Flux(channels::<C>(luminaire.colour).map(|channel| (channel * each) as f32)))
+            .zip(&drawn)
+            .map(|(luminaire, (_, times))| {
+                Flux(channels::<C>(luminaire.colour).map(|channel| (channel * (each * times)) as f32))
+            })
             .collect();
         let fronts = luminaires.iter().map(Front::of).collect();
         Self { luminaires, shares, flux, fronts, caster }

@@ -17,7 +17,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::embree::RayCaster;
-use crate::error::Error;
+use crate::error::{Error, InputError, Location};
 use crate::gather::bandwidth::SCALES;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
@@ -32,7 +32,8 @@ use crate::gather::surroundings::{FAN, Surroundings};
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
-use crate::photon::trace::TallySum;
+use crate::photon::trace::{BOUNCE_CAP, TallySum};
+use crate::photon::trial::Trial;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
 use crate::scene::measured::Sample;
@@ -337,6 +338,8 @@ struct Rendering<'a, const C: usize> {
     /// Caustics of each seed and pass so far at each receiver, where rays find the other light.
     caustics: BTreeMap<(u64, u32), Vec<Crossings<C>>>,
     warnings: Vec<String>,
+    /// What became of photons sent ahead, where some surface absorbs next to nothing.
+    trial: Trial,
 }
 
 impl<'a, const C: usize> Rendering<'a, C> {
@@ -367,8 +370,10 @@ impl<'a, const C: usize> Rendering<'a, C> {
             groups: None,
             caustics: BTreeMap::new(),
             warnings: scene.warnings.clone(),
+            trial: Trial::default(),
         };
         rendering.choose_groups()?;
+        rendering.send_ahead(caster)?;
         let (mut places, sensors) = rendering.places(caster);
         if plan.shadow_rays {
             rendering.direct(&mut places, caster);
@@ -386,6 +391,27 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
         rendering.warn(&places);
         Ok(Some(rendering.results(&places, &sensors, images, caster.peak_memory())))
+    }
+
+    /// Asks some photons whether the light comes to an end, where that isn't plain.
+    fn send_ahead(&mut self, caster: &RayCaster) -> Result<(), Error> {
+        if !self.plan.bounces || !Trial::is_called_for(self.scene, self.diagonal) {
+            return Ok(());
+        }
+        let seed = Seed(self.settings.seed).branch(PURPOSE_TRIAL);
+        self.trial = self.timed("send photons ahead", 1, |this| Trial::of::<C>(this.scene, caster, seed));
+        let Trial { photons, endless, .. } = self.trial;
+        if endless <= MOST_ENDLESS {
+            return Ok(());
+        }
+        let found = format!(
+            "surfaces that absorb next to nothing: {:.1} % of the light of {photons} photons was still under way after \
+             {BOUNCE_CAP} bounces",
+            100.0 * endless
+        );
+        let expected = "some that absorb it, or an opening: illuminance has nothing to settle at";
+        let error = InputError::new(Location::file(&self.scene.file), found, expected);
+        Err(error.hint("white paint reflects 0.85, a good mirror 0.95").into())
     }
 
     /// Whether the density of photons tells any light.
@@ -524,6 +550,10 @@ const PURPOSE_REACH: u64 = 3;
 const PURPOSE_SIGHT: u64 = 4;
 const PURPOSE_VIEWS: u64 = 5;
 const PURPOSE_FAINT: u64 = 6;
+const PURPOSE_TRIAL: u64 = 7;
+
+/// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
+const MOST_ENDLESS: f64 = 0.02;
 
 /// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
 fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {

@@ -26,7 +26,7 @@ pub fn cases() -> Vec<Case> {
 }
 
 /// The names of the groups and what each asks, in the order of the table.
-pub const GROUPS: [(&str, &str); 11] = [
+pub(super) const GROUPS: [(&str, &str); 11] = [
     (rooms::ROOMS, "Closed rooms that absorb next to nothing: light bounces ten to ten thousand times. A limit on bounces \
                     would leave the room dark, a leak at an edge as well."),
     (frames::SCALE, "The same room from micrometres to thousands of kilometres: illuminance times size² stays."),
