@@ -80,7 +80,7 @@ pub fn markdown(rows: &[Row], kept: &str) -> String {
 pub fn listed(document: &str) -> Vec<(String, String)> {
     let mut group = String::new();
     let mut listed = Vec::new();
-    for line in document.lines() {
+    for line in document.lines().take_while(|line| *line != KEPT) {
         if let Some(title) = line.strip_prefix("## ") {
             group = title.to_lowercase();
         } else if let Some(case) = line.strip_prefix("| ").and_then(|line| line.split(" | ").next())

@@ -9,6 +9,13 @@ pub fn closed_room(flux: f64, rho: f64, area: f64) -> f64 {
     flux / ((1.0 - rho) * area)
 }
 
+/// Relative standard error of that mean over one of a cube's six faces, found with so many photons: a photon lands L times
+/// (mean 1/(1 − ρ), variance ρ/(1 − ρ)²), each time on that face with probability 1/6.
+pub fn closed_room_noise(rho: f64, photons: f64) -> f64 {
+    let (landings, spread) = (1.0 / (1.0 - rho), rho / (1.0 - rho).powi(2));
+    (5.0 / 36.0 * landings + spread / 36.0).sqrt() / (landings / 6.0) / photons.sqrt()
+}
+
 /// E (lx) at every point of a closed enclosure whose surfaces all glow with the exitance M (lx) and reflect ρ, whatever its
 /// shape: the exitance M + ρ E is the same everywhere, and a point that sees nothing else receives it: E = M + ρ E.
 pub fn glowing_room(exitance: f64, rho: f64) -> f64 {

@@ -69,6 +69,8 @@ struct Trial {
     twin: Option<(SceneText, f64)>,
     /// Largest σ that is of use, as part of what is exact.
     useful: f64,
+    /// Most that found may be off, as part of what is exact, whatever is claimed.
+    within: f64,
     /// Whether no light can get out.
     closed: bool,
     refusal: Option<&'static str>,
@@ -228,6 +230,7 @@ impl Case {
             expected: Vec::new(),
             twin: None,
             useful: 0.05,
+            within: f64::INFINITY,
             closed: false,
             refusal: None,
             warning: None,
@@ -283,6 +286,12 @@ impl Case {
     /// Largest claimed σ that is of use, as a part of what is exact.
     fn useful(self, part: f64) -> Self {
         self.with(|trial| trial.useful = part)
+    }
+
+    /// The most that found may be off, as a part of what is exact, whatever is claimed: cells claim more than their mean is
+    /// off.
+    fn within(self, part: f64) -> Self {
+        self.with(|trial| trial.within = part)
     }
 
     fn closed(self) -> Self {
@@ -421,6 +430,12 @@ impl Trial {
         faults
     }
 
+    /// How far off a value may be.
+    fn allowed(&self, found: &Found, doubt: f64, margin: f64, exact: f64) -> f64 {
+        let sigmas = (SIGMAS * SIGMAS + 2.0 * (found.of as f64).ln()).sqrt();
+        (sigmas * found.sigma.hypot(doubt)).min(self.within * exact.abs()).max(margin)
+    }
+
     /// Compares every reading with what it should be; the row shows that which is the worst.
     fn compare(&self, results: &Results, twin: Option<&(Results, f64)>, row: &mut Row, faults: &mut Vec<String>) {
         let mut worst = f64::NEG_INFINITY;
@@ -442,7 +457,7 @@ impl Trial {
                 (Some(exact), None) => (f64::MAX, Some(format!("{name}: found no value, expected {exact}"))),
                 (Some(exact), Some(found)) => {
                     let sigma = found.sigma.hypot(doubt);
-                    let allowed = (sigma * (SIGMAS * SIGMAS + 2.0 * (found.of as f64).ln()).sqrt()).max(margin);
+                    let allowed = self.allowed(found, doubt, margin, *exact);
                     let off = (found.found - exact).abs();
                     let fault = if off.is_nan() || off > allowed {
                         Some(format!("{name}: off by {off:.3e}, allowed {allowed:.3e}"))
@@ -461,10 +476,7 @@ impl Trial {
                 row.exact = exact;
                 row.found = found.as_ref().map(|found| found.found);
                 row.claimed = found.as_ref().map(|found| found.sigma.hypot(doubt));
-                row.allowed = found.as_ref().map(|found| {
-                    let sigmas = (SIGMAS * SIGMAS + 2.0 * (found.of as f64).ln()).sqrt();
-                    (found.sigma.hypot(doubt) * sigmas).max(margin)
-                });
+                row.allowed = found.as_ref().zip(exact).map(|(found, exact)| self.allowed(found, doubt, margin, exact));
             }
         }
     }
@@ -512,7 +524,10 @@ fn read(results: &Results, reading: Reading, exact: Option<f64>, margin: f64) ->
         Reading::Worst(name) => {
             let (map, exact) = (map(name)?, exact.unwrap_or(0.0));
             let of = map.has_value.iter().filter(|has| **has).count();
-            let badness = |&cell: &usize| (map.illuminance[cell] - exact).abs() / map.standard_error[cell].max(margin);
+            let badness = |&cell: &usize| {
+                let off = (map.illuminance[cell] - exact).abs();
+                if off > 0.0 { off / map.standard_error[cell].max(margin) } else { 0.0 }
+            };
             let cells = (0..map.illuminance.len()).filter(|&cell| map.has_value[cell]);
             let cell = cells.max_by(|a, b| badness(a).total_cmp(&badness(b)))?;
             Some(Found { found: map.illuminance[cell], sigma: map.standard_error[cell], of })

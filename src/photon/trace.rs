@@ -1,6 +1,6 @@
 //! A photon's life: emit, fly, land, then survive or end.
 //!
-//! Photons carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
+//! The photons of a luminaire carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
 //! ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the flux it cut off.
 
 use std::io;

@@ -33,9 +33,10 @@ impl<const C: usize> Rendering<'_, C> {
             }
             if place.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
-                    "plane \"{}\": no light can arrive at any point; along × across points to the measured side, and some \
-                     luminaire has to shine into the same space",
-                    plane.name
+                    "plane \"{}\": no light can arrive at any of its {} points; along × across points to the measured side, and \
+                     some luminaire has to shine into the same space",
+                    plane.name,
+                    plane.len(),
                 ));
             }
             let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;

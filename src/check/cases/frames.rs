@@ -1,7 +1,7 @@
 //! Sizes and places of the world's coordinates.
 
 use super::{CUBE, FLUX, cube};
-use crate::check::forms::{closed_room, parallel_panel};
+use crate::check::forms::{closed_room, closed_room_noise, parallel_panel};
 use crate::check::scenes::{diffuse, floor, panel, point_lamp, room, sensor, solid};
 use crate::check::{Case, Reading, SceneText};
 use crate::scene::plan::Method::{Gather, Photons, Split};
@@ -56,6 +56,7 @@ pub(super) fn cases() -> Vec<Case> {
                 .photons(100_000)
                 .expects(Reading::Mean("floor"), exact, 2e-3)
                 .useful(if method == Gather { 0.05 } else { 0.2 })
+                .within(4.0 * closed_room_noise(0.8, 1e5) + 5e-3)
                 .closed();
             cases.push(if method == Gather { case.quick() } else { case });
         }

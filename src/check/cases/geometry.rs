@@ -1,7 +1,7 @@
 //! Thin walls, and meshes as they come.
 
 use super::{CUBE, FLUX, cube};
-use crate::check::forms::closed_room;
+use crate::check::forms::{closed_room, closed_room_noise};
 use crate::check::scenes::{diffuse, floor, plane, point_lamp, polygon, room, solid};
 use crate::check::{Case, Reading, SceneText};
 use crate::scene::plan::Method::{Gather, Path, Photons, Split};
@@ -64,6 +64,8 @@ fn walls() -> Vec<Case> {
                 .expects(Reading::Mean("bright side"), closed_room(1e6, 0.5, CUBE), 2e-3)
                 .expects(Reading::Mean("dark side"), closed_room(1.0, 0.5, CUBE), 2e-3)
                 .useful(if method == Gather { 0.05 } else { 0.25 })
+                // The dim lamp gets a twentieth of the photons.
+                .within(4.0 * closed_room_noise(0.5, 5e3) + 5e-3)
                 .closed();
             if method == Path {
                 case = case.rays(16);
@@ -125,7 +127,8 @@ fn meshes() -> Vec<Case> {
             let exact = closed_room(FLUX, 0.8, CUBE);
             let of = |method, name: String| {
                 let case = Case::new(MESHES, name, why, scene.clone()).method(method).photons(100_000);
-                case.expects(Reading::Mean("floor"), exact, 2e-3).useful(0.2).closed()
+                let case = case.expects(Reading::Mean("floor"), exact, 2e-3).useful(0.2);
+                case.within(4.0 * closed_room_noise(0.8, 1e5) + 5e-3).closed()
             };
             [of(Gather, name.into()).quick(), of(Split, format!("{name}, split"))]
         })

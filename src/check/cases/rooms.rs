@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{CUBE, FLUX, cube};
-use crate::check::forms::{closed_room, glowing_room};
+use crate::check::forms::{closed_room, closed_room_noise, glowing_room};
 use crate::check::scenes::{floor, plane, room, sensor};
 use crate::check::{Case, Reading, SceneText};
 use crate::scene::plan::Method::{Gather, Path, Photons, Seed, Split};
@@ -45,6 +45,7 @@ pub(super) fn cases() -> Vec<Case> {
                 .photons(photons)
                 .expects(Reading::Mean("floor"), exact, 2e-3)
                 .useful(if method == Gather { 0.05 } else { 0.2 })
+                .within(4.0 * closed_room_noise(rho, photons as f64) + 5e-3)
                 .closed();
             cases.push(if rho < 0.995 && method == Gather { case.quick() } else { case });
         }
