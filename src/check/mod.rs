@@ -344,10 +344,8 @@ impl Trial {
         row.method = self.method.name().into();
         let results = match (self.results(&self.scene, folder), self.refusal) {
             (Err(error), Some(words)) if error.to_string().contains(words) => {
-                let sentence = error.to_string();
                 // Where the scene was written is no part of what was said.
-                let sentence = sentence.split_once("scene.toml").map_or(sentence.as_str(), |(_, rest)| rest);
-                let sentence = sentence.trim_start_matches(|c: char| c == ':' || c.is_ascii_digit()).trim().to_owned();
+                let sentence = error.to_string().replace(&format!("{}/", folder.display()), "");
                 row.verdict = Verdict::Refused(sentence);
                 return Ok(row);
             }

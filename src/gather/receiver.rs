@@ -42,6 +42,8 @@ pub struct Receiver {
     pub tolerance: f32,
     /// Whence rays leave each point: just off the surface if one is there.
     starts: Vec<Vec3>,
+    /// Points that touch a wall, in order, and how far their starts were moved off it, m.
+    moved: Vec<(usize, Vec3)>,
     /// Whether each point has a surface within the tolerance.
     on_surface: Vec<bool>,
     low: [f32; 2],
@@ -143,6 +145,7 @@ impl Receiver {
             points: Vec::new(),
             grid: None,
             tolerance: 0.0,
+            moved: Vec::new(),
             on_surface: vec![false; starts.len()],
             starts,
             low: [f32::INFINITY; 2],
@@ -160,7 +163,7 @@ impl Receiver {
         margin: f32,
     ) -> Self {
         let (normal, axes) = (u.cross(v).as_vec3(), [u.as_vec3(), v.as_vec3()]);
-        let starts: Vec<(Vec3, bool)> = points
+        let starts: Vec<(Vec3, Vec3, bool)> = points
             .par_iter()
             .map(|point| {
                 let point = point.as_vec3();
@@ -169,10 +172,13 @@ impl Receiver {
                     Some(hit) => (hit.leave(normal), true),
                     None => (point, false),
                 };
-                (off_walls(start, normal, axes, if on_surface { tolerance } else { 0.0 }, caster), on_surface)
+                let moved = off_walls(start, normal, axes, if on_surface { tolerance } else { 0.0 }, caster);
+                (moved, moved - start, on_surface)
             })
             .collect();
-        let (starts, on_surface) = starts.into_iter().unzip();
+        let off = starts.iter().map(|(_, off, _)| *off).enumerate().filter(|(_, off)| *off != Vec3::ZERO);
+        let moved = off.collect();
+        let (starts, on_surface) = starts.into_iter().map(|(start, _, on_surface)| (start, on_surface)).unzip();
         let points: Vec<[f32; 2]> =
             points.iter().map(|&p| [(p - origin).dot(u) as f32, (p - origin).dot(v) as f32]).collect();
         let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
@@ -189,6 +195,7 @@ impl Receiver {
             grid: None,
             tolerance,
             starts,
+            moved,
             on_surface,
             low,
             high,
@@ -247,6 +254,11 @@ impl Receiver {
         self.starts[point]
     }
 
+    /// How far off a point its rays start where it touches a wall, m.
+    pub fn moved(&self, point: usize) -> Vec3 {
+        self.moved.binary_search_by_key(&point, |(point, _)| *point).map_or(Vec3::ZERO, |at| self.moved[at].1)
+    }
+
     /// A point, m, in the scene's coordinates.
     pub fn position(&self, point: usize) -> Vec3 {
         let [a, b] = self.points[point];
@@ -300,7 +312,7 @@ fn off_walls(start: Vec3, normal: Vec3, axes: [Vec3; 2], tolerance: f32, caster:
     // As many walls as meet in a corner.
     for _ in 0..4 {
         let Some(wall) = touched(at) else { break };
-        let Some(side) = (wall.normal - normal * wall.normal.dot(normal)).try_normalize() else { break };
+        let side = wall.normal;
         let moved = |side: Vec3| at + side * (CLEAR * step - (at - wall.position).dot(side));
         let is_inside = |side: Vec3| {
             let beside = moved(side);

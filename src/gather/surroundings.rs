@@ -136,7 +136,7 @@ fn sector_of(offset: Vec2) -> usize {
 impl Surroundings {
     /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`FAN`] rays.
     pub fn look(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
-        let eye = receiver.position(point) + receiver.normal * receiver.tolerance;
+        let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
         let far = FARSIGHT * radius;
         let distances = std::array::from_fn(|sector| {
             let towards = SECTORS[sector].ray;

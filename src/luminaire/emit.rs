@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::body::Body;
 use super::{Distribution, Luminaire, Opening, drawn_shares};
-use crate::embree::RayCaster;
+use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::{Flux, channels};
 use crate::photon::random::Stream;
 
@@ -16,6 +16,8 @@ pub struct Emission<'a, const C: usize> {
     /// What one photon of each luminaire carries.
     flux: Vec<Flux<C>>,
     fronts: Vec<Front>,
+    /// The surface that a luminaire without extent lies on, if there is any.
+    walls: Vec<Option<Hit>>,
     caster: &'a RayCaster,
 }
 
@@ -51,7 +53,15 @@ impl<'a, const C: usize> Emission<'a, C> {
             })
             .collect();
         let fronts = luminaires.iter().map(Front::of).collect();
-        Self { luminaires, shares, flux, fronts, caster }
+        let walls = luminaires.iter().map(|luminaire| touched(&luminaire.opening, caster)).collect();
+        Self { luminaires, shares, flux, fronts, walls, caster }
+    }
+
+    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the side
+    /// where it goes; there it would end as soon as it begins.
+    #[inline]
+    fn off_wall(&self, which: usize, origin: Vec3, direction: Vec3) -> Vec3 {
+        self.walls[which].as_ref().map_or(origin, |wall| wall.leave(direction))
     }
 
     /// The photon whose place in the pass is `place` (0 ≤ place < 1): luminaires follow each other along it, each with
@@ -64,6 +74,7 @@ impl<'a, const C: usize> Emission<'a, C> {
         if let Distribution::Measured(measured) = &self.luminaires[which].distribution {
             let direction = measured.draw(stream);
             let origin = front.point_towards(direction, stream, self.caster);
+            let origin = self.off_wall(which, origin, direction);
             return Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 };
         }
         let choice = if front.shares.len() > 1 { stream.uniform() } else { 0.0 };
@@ -73,8 +84,17 @@ impl<'a, const C: usize> Emission<'a, C> {
             Distribution::Isotropic => stream.on_sphere(),
             Distribution::Lambertian | Distribution::Measured(_) => stream.cosine_about(normal),
         };
+        let origin = self.off_wall(which, origin, direction);
         Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 }
     }
+}
+
+/// The surface that passes through an opening without extent, if there is any.
+fn touched(opening: &Opening, caster: &RayCaster) -> Option<Hit> {
+    let Opening::Point { position, .. } = opening else { return None };
+    let (at, step) = (position.as_vec3(), caster.longest_step());
+    let across = |axis: &Vec3| caster.closest_hit(at - *axis * step, *axis, 2.0 * step);
+    [Vec3::X, Vec3::Y, Vec3::Z].iter().find_map(across)
 }
 
 /// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies triangle by

@@ -523,10 +523,16 @@ impl<'a, const C: usize> Rendering<'a, C> {
         self.timed("look around", places.len() as u64, |this| {
             // Whether light can arrive is a fact of the scene: all seeds agree on it, so that their results can be merged.
             let reach = Reach::new(this.scene, caster, Seed(0).branch(PURPOSE_REACH));
+            // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
+            let of_place = |place: &Place<C>| {
+                let values = place.direct.iter().flat_map(|light| &light.value);
+                values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
+            };
+            let sliver = 1e-9 * places.iter().map(of_place).fold(0.0, f64::max);
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
-                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
+                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver);
                 *has_value =
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
                 if densities && receiver.is_plane() {

@@ -52,6 +52,19 @@ impl<const C: usize> Rendering<'_, C> {
             }
         }
         let first = places.len() - self.scene.surfaces.len();
+        let unmet = |place: &Place<C>| {
+            let dark = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            (0..place.receiver.len()).filter(dark).count()
+        };
+        let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
+        if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+            self.warnings.push(format!(
+                "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0 ± 0; expected more photons \
+                 or a larger radius",
+                self.scene.sensors.len(),
+                self.searches.smooth.radius,
+            ));
+        }
         for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
             if place.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(

@@ -75,9 +75,9 @@ fn glasses() -> Vec<Case> {
         let name = format!("total reflection, {}", method.name());
         let why = "a lamp in a cube of clear glass: 23.6 % of its light never gets out";
         let case = Case::new(GLASS, name, why, black_cube(&glass("glass", 1.5, 0.0), &block)).method(method);
-        let spread = ((1.0 - trapped) / trapped / 50_000.0).sqrt();
+        let spread = ((1.0 - trapped) / trapped / 10_000.0).sqrt();
         cases.push(
-            case.photons(50_000)
+            case.photons(10_000)
                 .expects(Reading::AllPlanes, (1.0 - trapped) * closed_room(FLUX, 0.0, CUBE), 5e-3)
                 .expects(Reading::CutOff, trapped, 4.0 * spread)
                 .warned("trapped")

@@ -14,7 +14,7 @@ pub(super) const PLACES: &str = "places";
 const RHO: f64 = 0.5;
 
 /// Points of the glowing room of 6 × 4 × 2.7 m where surfaces meet, and the way each looks.
-const MEETING: [(&str, [f64; 3], [f64; 3]); 9] = [
+const MEETING: [(&str, [f64; 3], [f64; 3]); 8] = [
     ("floor at a wall", [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]),
     ("floor in a corner", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
     ("floor in the far corner", [6.0, 4.0, 0.0], [0.0, 0.0, 1.0]),
@@ -23,7 +23,6 @@ const MEETING: [(&str, [f64; 3], [f64; 3]); 9] = [
     ("ceiling in a corner", [6.0, 0.0, 2.7], [0.0, 0.0, -1.0]),
     ("level at a wall", [6.0, 2.0, 1.0], [0.0, 0.0, 1.0]),
     ("level in a corner", [0.0, 4.0, 1.0], [0.0, 0.0, 1.0]),
-    ("aslant in a corner", [0.0, 0.0, 0.0], [0.6, 0.48, 0.64]),
 ];
 
 fn edges() -> Vec<Case> {
@@ -36,6 +35,11 @@ fn edges() -> Vec<Case> {
         let case = case.method(method).photons(if method == Gather { 100_000 } else { 300_000 });
         let case = MEETING.iter().fold(case, |case, (name, ..)| case.expects(Reading::Sensor(name), exact, 0.0));
         cases.push(case.useful(if method == Photons { 0.5 } else { 0.2 }).closed().quick());
+        let aslant = glowing(RHO, sensor("meter", [0.0; 3], [0.6, 0.48, 0.64]));
+        let name = format!("aslant in a corner, {}", method.name());
+        let case = Case::new(PLACES, name, "its plane meets the room in one point: no photon crosses it", aslant);
+        let case = case.method(method).photons(100_000).expects(Reading::Sensor("meter"), exact, 0.0);
+        cases.push(case.useful(0.2).closed().excused("no photon").quick());
     }
     // Cells of 0.5 m whose middles lie on walls, and in corners.
     let on_walls = plane("plane", [-0.25, -0.25, 1.0], [6.5, 0.0, 0.0], [0.0, 4.5, 0.0], [13, 9], "air");
@@ -43,12 +47,27 @@ fn edges() -> Vec<Case> {
     let case = Case::new(PLACES, "cells whose middles lie on walls", "on which side are they?", scene).photons(100_000);
     let case = case.expects(Reading::Worst("plane"), exact, 0.0).expects(Reading::Worst("floor"), exact, 0.0);
     cases.push(case.expects(Reading::Valued("plane"), 1.0, 0.0).useful(0.2).closed().quick());
-    // A sheet through the middles of a row of cells, as bright as the walls.
-    let mut parted = glowing(RHO, plane("floor", [0.0; 3], [6.0, 0.0, 0.0], [0.0, 4.0, 0.0], [15, 10], "surface"));
-    parted.obj += &polygon("glow", &[[3.0, 0.0, 0.0], [3.0, 4.0, 0.0], [3.0, 4.0, 2.7], [3.0, 0.0, 2.7]]);
-    let case = Case::new(PLACES, "a sheet through a row of cells", "both its sides shine on them", parted);
-    let case = case.photons(100_000).expects(Reading::Worst("floor"), exact, 0.0);
-    cases.push(case.expects(Reading::Valued("floor"), 1.0, 0.0).useful(0.2).closed().quick());
+    // A sheet through the middles of a column of cells parts two cubes that mirror each other: as at the wall of one alone.
+    let row = plane("row", [3.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 4.0, 0.0], [1, 16], "surface");
+    let lamps = [2.0, 6.0].map(|x| point_lamp(&format!("lamp {x}"), [x, 2.0, 2.0], FLUX));
+    let alone = SceneText {
+        toml: [&diffuse("wall", 0.5), &lamps[0], &row].map(String::as_str).concat(),
+        obj: room([0.0; 3], [4.0; 3], ["wall"; 6]),
+        mtl: String::new(),
+    };
+    let sheet = polygon("wall", &[[4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [4.0, 4.0, 4.0], [4.0, 0.0, 4.0]]);
+    let two = SceneText {
+        toml: alone.toml.clone() + &lamps[1],
+        obj: room([0.0; 3], [8.0, 4.0, 4.0], ["wall"; 6]) + &sheet,
+        mtl: String::new(),
+    };
+    for method in [Gather, Split] {
+        let name = format!("a sheet through a row of cells, {}", method.name());
+        let case = Case::new(PLACES, name, "the light of both its sides would be twice as much", two.clone());
+        let case = case.method(method).photons(200_000).expects(Reading::Valued("row"), 1.0, 0.0);
+        let twin = case.expects_as(Reading::Mean("row"), alone.clone(), 1.0, 0.0);
+        cases.push(twin.useful(0.2).within(0.1).closed().quick());
+    }
     cases
 }
 
@@ -67,11 +86,10 @@ fn insides() -> Vec<Case> {
         + &sensor("below its top", [3.0, 2.0, 0.8], [0.0, 0.0, -1.0])
         + &plane("floor", [0.0; 3], [6.0, 0.0, 0.0], [0.0, 4.0, 0.0], [12, 8], "surface");
     let mut solid_in = glowing(RHO, inside);
-    solid_in.obj += &solid([2.5, 1.5, 0.0], [3.5, 2.5, 0.8], "glow");
+    solid_in.obj += &solid([2.5, 1.5, 0.1], [3.5, 2.5, 0.8], "glow");
     let case = Case::new(PLACES, "inside of a solid", "its inside shines too, but nothing gets in", solid_in).photons(100_000);
-    // Of 12 × 8 cells of 0.5 m, four are under the solid.
     let case = case.expects_none(Reading::Sensor("inside")).expects(Reading::Sensor("on top"), exact, 0.0);
-    let case = case.expects_none(Reading::Sensor("below its top")).expects(Reading::Valued("floor"), 92.0 / 96.0, 0.0);
+    let case = case.expects_none(Reading::Sensor("below its top")).expects(Reading::Valued("floor"), 1.0, 0.0);
     cases.push(case.expects(Reading::Worst("floor"), exact, 0.0).useful(0.2).closed().quick());
     let one = glowing(RHO, plane("plane", [1.0, 1.0, 1.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [1, 1], "air"));
     for method in [Gather, Split, Photons] {
