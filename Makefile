@@ -1,5 +1,5 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
-.PHONY: setup build demo test test-mpi test-live bench check-exr check-blender clean
+.PHONY: setup build demo test test-mpi test-live bench check check-exr check-blender clean
 
 # Embree 4 and libclang; does nothing once they are there.
 setup:
@@ -33,6 +33,10 @@ test-live: setup
 	  77) echo "the live page is not tested in a browser" ;; \
 	  *) exit 1 ;; \
 	esac
+
+# Stiff and extreme cases against their exact answers, in some minutes; writes STABILITY.md.
+check: build
+	target/release/luxmap check -o STABILITY.md
 
 bench: setup
 	cargo bench

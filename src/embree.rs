@@ -61,6 +61,8 @@ pub struct RayCaster {
     planes: Vec<Plane>,
     /// What coordinates count as at least, m, when a ray start steps off a surface.
     smallest_coordinate: f32,
+    /// The mesh's largest, m.
+    largest_coordinate: f32,
 }
 
 /// Where a ray met a surface.
@@ -104,7 +106,9 @@ impl RayCaster {
         let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
             Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
         });
-        Ok(Self { scene, device, buffers, planes: planes.collect(), smallest_coordinate: smallest })
+        let largest = mesh.vertices.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
+        let planes = planes.collect();
+        Ok(Self { scene, device, buffers, planes, smallest_coordinate: smallest, largest_coordinate: largest })
     }
 
     /// First surface met from `origin` (m) along the unit vector `direction`, no farther than `max_distance` (m).
@@ -137,6 +141,11 @@ impl RayCaster {
     #[inline]
     pub fn step_off(&self, point: Vec3, normal: Vec3, largest_coordinate: f32) -> Vec3 {
         point + normal * (RELATIVE_OFFSET * largest_coordinate.max(self.smallest_coordinate))
+    }
+
+    /// How far rays start off any surface at most, m.
+    pub fn longest_step(&self) -> f32 {
+        RELATIVE_OFFSET * self.largest_coordinate.max(self.smallest_coordinate)
     }
 
     /// The most memory Embree has held at any time since the build began, bytes. Vertices and indices come on top.

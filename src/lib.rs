@@ -13,10 +13,12 @@
 //! 8. A [`report`] writes EXR, PNG, CSV, JSON and HTML; the [`cli`] is the command around it all.
 //!
 //! Passes add up in a [`state`], which can be kept, continued and merged; a [`batch`] is a list of runs that survives what
-//! may befall it. [`convergence`] asks how right the result is for the time it takes, [`trees`] which kd-tree is the quickest;
+//! may befall it. [`convergence`] asks how right the result is for the time it takes, [`check`] whether extreme cases break it,
+//! [`trees`] which kd-tree is the quickest;
 //! an [`office`] is made up where none is at hand.
 
 pub mod batch;
+pub mod check;
 pub mod cli;
 pub mod convergence;
 pub mod dimming;

@@ -1,6 +1,7 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
 mod batch;
+mod check;
 mod converge;
 mod dim;
 mod influence;
@@ -42,6 +43,7 @@ enum Command {
     Batch(batch::Arguments),
     Influence(influence::Arguments),
     Dim(dim::Arguments),
+    Check(check::Arguments),
 }
 
 /// Where files may lie that a scene names.
@@ -105,6 +107,7 @@ pub fn main() -> ExitCode {
         Command::Batch(arguments) => batch::run(&arguments),
         Command::Influence(arguments) => influence::run(&arguments),
         Command::Dim(arguments) => dim::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

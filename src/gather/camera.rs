@@ -14,6 +14,7 @@ use super::caustics::{CausticMap, Scratch};
 use super::sight::{Last, Records, Sight};
 use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::Flux;
+use crate::photon::media::Media;
 use crate::photon::random::Stream;
 use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
 
@@ -120,17 +121,18 @@ impl<const C: usize> Eye<'_, C> {
         let (mut hit, mut direction) = (hit, direction);
         let mut luminance = [0.0; C];
         let (mut weight, mut absorption) = (Flux([1.0; C]), [0.0; C]);
-        let mut last = Last::Mirror;
+        let (mut media, mut last) = (Media::AIR, Last::Mirror);
         for _ in 0..DEEPEST {
             weight = weight.filtered(absorption.map(|per_metre: f32| (-per_metre * hit.distance).exp()));
             let normal = facing(&hit, direction);
             match self.sight.surface(&hit) {
-                Surface::Glass { ior, absorption: inside } => {
+                Surface::Glass { .. } => {
                     let front = direction.dot(hit.normal) < 0.0;
-                    let ratio = if front { 1.0 / ior } else { ior };
+                    let ratio = media.ratio(self.sight.surfaces(), hit.material, front);
                     direction = match refract(direction, normal, ratio) {
                         Some((onward, reflected)) if draw.stream.uniform() >= reflected => {
-                            absorption = if front { inside } else { [0.0; C] };
+                            media = media.beyond(hit.material, front);
+                            absorption = media.absorption(self.sight.surfaces());
                             onward
                         }
                         _ => mirror(direction, normal),
@@ -216,11 +218,17 @@ fn through_glass<const C: usize>(
     mut direction: Vec3,
     rays: &mut u64,
 ) -> Option<(Hit, Vec3)> {
+    let mut media = Media::AIR;
     for _ in 0..DEEPEST {
-        let Surface::Glass { ior, .. } = sight.surface(&hit) else { return Some((hit, direction)) };
-        let ratio = if direction.dot(hit.normal) < 0.0 { 1.0 / ior } else { ior };
-        let normal = facing(&hit, direction);
-        direction = refract(direction, normal, ratio).map_or_else(|| mirror(direction, normal), |(onward, _)| onward);
+        let Surface::Glass { .. } = sight.surface(&hit) else { return Some((hit, direction)) };
+        let (front, normal) = (direction.dot(hit.normal) < 0.0, facing(&hit, direction));
+        direction = match refract(direction, normal, media.ratio(sight.surfaces(), hit.material, front)) {
+            Some((onward, _)) => {
+                media = media.beyond(hit.material, front);
+                onward
+            }
+            None => mirror(direction, normal),
+        };
         *rays += 1;
         hit = caster.closest_hit(hit.leave(direction), direction, f32::INFINITY)?;
     }

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::embree::RayCaster;
 use crate::luminaire::body::Body;
 use crate::luminaire::emit::{Front, triangle_area};
-use crate::luminaire::{Distribution, Luminaire, Opening};
+use crate::luminaire::{Distribution, Luminaire, Opening, drawn_shares};
 use crate::photon::flux::channels;
 use crate::photon::random::Stream;
 
@@ -34,10 +34,9 @@ pub fn near_squared(luminaire: &Luminaire) -> f32 {
 
 /// Area (m²) of each luminaire that stands for one of the points drawn on them all: its own over its share of the points.
 pub fn spreads(luminaires: &[Luminaire]) -> Vec<f32> {
-    let flux: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
     let points = CANDIDATES.min(luminaires.len()) as f64;
-    let share = |luminaire: &Luminaire| points * luminaire.flux.0 / flux;
-    luminaires.iter().map(|luminaire| PI * near_squared(luminaire) / share(luminaire) as f32).collect()
+    let drawn = luminaires.iter().zip(drawn_shares(luminaires));
+    drawn.map(|(luminaire, (share, _))| PI * near_squared(luminaire) / (points * share) as f32).collect()
 }
 
 /// A point drawn on a luminaire, as the point lit sees it.
@@ -64,7 +63,7 @@ pub struct Aimed<const C: usize> {
 pub struct Lamps<'a, const C: usize> {
     caster: &'a RayCaster,
     lamps: Vec<Lamp<C>>,
-    /// Running sum of the luminaires' shares of the flux; the last is 1.
+    /// Running sum of the luminaires' shares of the points drawn; the last is 1.
     shares: Vec<f32>,
     /// Flux of all, lm.
     flux: f32,
@@ -72,6 +71,8 @@ pub struct Lamps<'a, const C: usize> {
 }
 
 struct Lamp<const C: usize> {
+    /// What a point drawn on it is to be multiplied by; see [`drawn_shares`].
+    times: f32,
     front: Front,
     /// Squared distance, m², within which rays find it better.
     near_squared: f32,
@@ -128,11 +129,13 @@ impl<'a, const C: usize> Lamps<'a, C> {
     /// Prepares the luminaires of a scene whose mesh `caster` holds.
     pub fn new(luminaires: &[Luminaire], caster: &'a RayCaster) -> Self {
         let flux: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
-        let shares = luminaires.iter().scan(0.0, |sum, luminaire| {
-            *sum += luminaire.flux.0 / flux;
+        let drawn = drawn_shares(luminaires);
+        let shares = drawn.iter().scan(0.0, |sum, (share, _)| {
+            *sum += share;
             Some(*sum as f32)
         });
-        let lamp = |(luminaire, spread): (&Luminaire, f32)| Lamp {
+        let lamp = |((luminaire, spread), (_, times)): ((&Luminaire, f32), &(f64, f64))| Lamp {
+            times: *times as f32,
             front: Front::of(luminaire),
             near_squared: near_squared(luminaire),
             spread,
@@ -145,7 +148,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
         };
         Self {
             caster,
-            lamps: luminaires.iter().zip(spreads(luminaires)).map(lamp).collect(),
+            lamps: luminaires.iter().zip(spreads(luminaires)).zip(&drawn).map(lamp).collect(),
             shares: shares.collect(),
             flux: flux as f32,
             candidates: CANDIDATES.min(luminaires.len()),
@@ -204,7 +207,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             let cosine = if let Times::Body { .. } = times { 1.0 } else { direction.dot(target.1).abs() };
             let solid_angle = lamp.spread * cosine / (distance * distance);
             let aim = Aim { direction, near: distance * distance < lamp.near_squared, solid_angle };
-            let weight = leaving * receive(&aim) / (distance * distance);
+            let weight = lamp.times * leaving * receive(&aim) / (distance * distance);
             if weight > 0.0 && weight.is_finite() {
                 whole += weight;
                 if stream.uniform() * whole < weight {

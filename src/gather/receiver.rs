@@ -42,6 +42,8 @@ pub struct Receiver {
     pub tolerance: f32,
     /// Whence rays leave each point: just off the surface if one is there.
     starts: Vec<Vec3>,
+    /// Points that touch a wall, in order, and how far their starts were moved off it, m.
+    moved: Vec<(usize, Vec3)>,
     /// Whether each point has a surface within the tolerance.
     on_surface: Vec<bool>,
     low: [f32; 2],
@@ -161,6 +163,7 @@ impl Receiver {
             points: Vec::new(),
             grid: None,
             tolerance: 0.0,
+            moved: Vec::new(),
             on_surface: vec![false; starts.len()],
             starts,
             low: [f32::INFINITY; 2],
@@ -177,18 +180,23 @@ impl Receiver {
         tolerance: f32,
         margin: f32,
     ) -> Self {
-        let normal = u.cross(v).as_vec3();
-        let starts: Vec<(Vec3, bool)> = points
+        let (normal, axes) = (u.cross(v).as_vec3(), [u.as_vec3(), v.as_vec3()]);
+        let starts: Vec<(Vec3, Vec3, bool)> = points
             .par_iter()
             .map(|point| {
                 let point = point.as_vec3();
-                match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance) {
+                let (start, on_surface) = match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance)
+                {
                     Some(hit) => (hit.leave(normal), true),
                     None => (point, false),
-                }
+                };
+                let moved = off_walls(start, normal, axes, if on_surface { tolerance } else { 0.0 }, caster);
+                (moved, moved - start, on_surface)
             })
             .collect();
-        let (starts, on_surface) = starts.into_iter().unzip();
+        let off = starts.iter().map(|(_, off, _)| *off).enumerate().filter(|(_, off)| *off != Vec3::ZERO);
+        let moved = off.collect();
+        let (starts, on_surface) = starts.into_iter().map(|(start, _, on_surface)| (start, on_surface)).unzip();
         let points: Vec<[f32; 2]> =
             points.iter().map(|&p| [(p - origin).dot(u) as f32, (p - origin).dot(v) as f32]).collect();
         let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
@@ -205,6 +213,7 @@ impl Receiver {
             grid: None,
             tolerance,
             starts,
+            moved,
             on_surface,
             low,
             high,
@@ -263,6 +272,11 @@ impl Receiver {
         self.starts[point]
     }
 
+    /// How far off a point its rays start where it touches a wall, m.
+    pub fn moved(&self, point: usize) -> Vec3 {
+        self.moved.binary_search_by_key(&point, |(point, _)| *point).map_or(Vec3::ZERO, |at| self.moved[at].1)
+    }
+
     /// A point, m, in the scene's coordinates.
     pub fn position(&self, point: usize) -> Vec3 {
         let [a, b] = self.points[point];
@@ -296,6 +310,36 @@ impl Receiver {
         let inside = |axis: usize| self.low[axis] <= at[axis] && at[axis] <= self.high[axis];
         (inside(0) && inside(1)).then_some(at)
     }
+}
+
+/// How near a wall a point may be, and how far it is moved off, in the longest steps that rays start off surfaces.
+const TOUCHING: f32 = 0.75;
+const CLEAR: f32 = 2.0;
+
+/// A start that lies in a wall as well, at the edge of a floor or where a sheet cuts through a grid, moved off that wall: to the
+/// side where the floor goes on (`tolerance` is how far that may lie below, 0 in the air), or else where another surface faces
+/// the wall. Half of what such a point sees lies in its wall's own plane, where rays slip by on either side and shadows have no
+/// edge: it would get the light of both sides, or of none.
+fn off_walls(start: Vec3, normal: Vec3, axes: [Vec3; 2], tolerance: f32, caster: &RayCaster) -> Vec3 {
+    let step = caster.longest_step();
+    let touched = |at: Vec3| {
+        let across = |axis: &Vec3| caster.closest_hit(at - *axis * (TOUCHING * step), *axis, 2.0 * TOUCHING * step);
+        axes.iter().find_map(across)
+    };
+    let mut at = start;
+    // As many walls as meet in a corner.
+    for _ in 0..4 {
+        let Some(wall) = touched(at) else { break };
+        let side = wall.normal;
+        let moved = |side: Vec3| at + side * (CLEAR * step - (at - wall.position).dot(side));
+        let is_inside = |side: Vec3| {
+            let beside = moved(side);
+            let floor = tolerance > 0.0 && caster.is_occluded(beside, -normal, tolerance);
+            u8::from(floor) + u8::from(caster.is_occluded(beside, side, f32::INFINITY))
+        };
+        at = if is_inside(side) >= is_inside(-side) { moved(side) } else { moved(-side) };
+    }
+    at
 }
 
 /// Photons stored for one query structure: positions (m) and flux (lm), side by side.

@@ -19,6 +19,7 @@ use crate::luminaire::emit::triangle_area;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::flux::{Flux, channels, photometric};
+use crate::photon::media::Media;
 use crate::photon::random::Stream;
 use crate::photon::rough::Microsurface;
 use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
@@ -234,6 +235,11 @@ impl<'a, const C: usize> Sight<'a, C> {
         self.lamps.direct_from(offset, from, normal, stream).0
     }
 
+    /// All surfaces, by material.
+    pub(super) fn surfaces(&self) -> &[Surface<C>] {
+        &self.surfaces
+    }
+
     /// What a hit surface does with light.
     pub(super) fn surface(&self, hit: &Hit) -> Surface<C> {
         self.surfaces[hit.material as usize]
@@ -268,7 +274,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         let (mut origin, mut direction) = (origin, direction);
         let mut found = [0.0; C];
         let mut weight = Flux([1.0; C]);
-        let (mut absorption, mut last) = ([0.0; C], Last::Point);
+        let (mut media, mut absorption, mut last) = (Media::AIR, [0.0; C], Last::Point);
         // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point
         // is one that photons take as a caustic, until it meets a diffuse surface.
         let (mut bounced, mut caustic) = (false, false);
@@ -286,11 +292,12 @@ impl<'a, const C: usize> Sight<'a, C> {
             let front = direction.dot(hit.normal) < 0.0;
             let facing = if front { hit.normal } else { -hit.normal };
             match self.surfaces[hit.material as usize] {
-                Surface::Glass { ior, absorption: inside } => {
-                    let ratio = if front { 1.0 / ior } else { ior };
+                Surface::Glass { .. } => {
+                    let ratio = media.ratio(&self.surfaces, hit.material, front);
                     direction = match refract(direction, facing, ratio) {
                         Some((onward, reflected)) if stream.uniform() >= reflected => {
-                            absorption = if front { inside } else { [0.0; C] };
+                            media = media.beyond(hit.material, front);
+                            absorption = media.absorption(&self.surfaces);
                             onward
                         }
                         _ => mirror(direction, facing),

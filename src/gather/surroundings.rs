@@ -136,7 +136,7 @@ fn sector_of(offset: Vec2) -> usize {
 impl Surroundings {
     /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`FAN`] rays.
     pub fn look(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
-        let eye = receiver.position(point) + receiver.normal * receiver.tolerance;
+        let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
         let far = FARSIGHT * radius;
         let distances = std::array::from_fn(|sector| {
             let towards = SECTORS[sector].ray;
@@ -144,6 +144,11 @@ impl Surroundings {
             caster.closest_hit(eye, direction, far).map_or(far, |hit| hit.distance.max(1e-6 * radius))
         });
         Self::from_distances(distances, radius)
+    }
+
+    /// Of a point with nothing about it.
+    pub fn open() -> Self {
+        Self(None)
     }
 
     fn from_distances(distances: [f32; FAN], radius: f32) -> Self {

@@ -3,19 +3,21 @@
 use glam::{DVec3, Vec3};
 
 use super::body::Body;
-use super::{Distribution, Luminaire, Opening};
-use crate::embree::RayCaster;
+use super::{Distribution, Luminaire, Opening, drawn_shares};
+use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::{Flux, channels};
 use crate::photon::random::Stream;
 
 /// All luminaires of a scene, ready to emit the photons of one pass.
 pub struct Emission<'a, const C: usize> {
     luminaires: &'a [Luminaire],
-    /// Running sum of the luminaires' shares of the flux; the last is 1.
+    /// Running sum of the luminaires' shares of the photons, those of the flux but for faint ones; the last is 1.
     shares: Vec<f64>,
     /// What one photon of each luminaire carries.
     flux: Vec<Flux<C>>,
     fronts: Vec<Front>,
+    /// The surface that a luminaire without extent lies on, if there is any.
+    walls: Vec<Option<Hit>>,
     caster: &'a RayCaster,
 }
 
@@ -32,21 +34,34 @@ pub struct Emitted<const C: usize> {
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
-    /// Prepares `photons` photons that carry equal luminous flux, to fly through what `caster` holds.
+    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the others: see
+    /// [`drawn_shares`]), to fly through what `caster` holds.
     pub fn new(luminaires: &'a [Luminaire], photons: u64, caster: &'a RayCaster) -> Self {
         let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
         let running = |sum: &mut f64, part: f64| {
             *sum += part;
             Some(*sum)
         };
-        let shares = luminaires.iter().map(|luminaire| luminaire.flux.0 / total).scan(0.0, running).collect();
+        let drawn = drawn_shares(luminaires);
+        let shares = drawn.iter().map(|(share, _)| *share).scan(0.0, running).collect();
         let each = total / photons as f64;
         let flux = luminaires
             .iter()
-            .map(|luminaire| Flux(channels::<C>(luminaire.colour).map(|channel| (channel * each) as f32)))
+            .zip(&drawn)
+            .map(|(luminaire, (_, times))| {
+                Flux(channels::<C>(luminaire.colour).map(|channel| (channel * (each * times)) as f32))
+            })
             .collect();
         let fronts = luminaires.iter().map(Front::of).collect();
-        Self { luminaires, shares, flux, fronts, caster }
+        let walls = luminaires.iter().map(|luminaire| touched(&luminaire.opening, caster)).collect();
+        Self { luminaires, shares, flux, fronts, walls, caster }
+    }
+
+    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the side
+    /// where it goes; there it would end as soon as it begins.
+    #[inline]
+    fn off_wall(&self, which: usize, origin: Vec3, direction: Vec3) -> Vec3 {
+        self.walls[which].as_ref().map_or(origin, |wall| wall.leave(direction))
     }
 
     /// The photon whose place in the pass is `place` (0 ≤ place < 1): luminaires follow each other along it, each with
@@ -59,6 +74,7 @@ impl<'a, const C: usize> Emission<'a, C> {
         if let Distribution::Measured(measured) = &self.luminaires[which].distribution {
             let direction = measured.draw(stream);
             let origin = front.point_towards(direction, stream, self.caster);
+            let origin = self.off_wall(which, origin, direction);
             return Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 };
         }
         let choice = if front.shares.len() > 1 { stream.uniform() } else { 0.0 };
@@ -68,8 +84,17 @@ impl<'a, const C: usize> Emission<'a, C> {
             Distribution::Isotropic => stream.on_sphere(),
             Distribution::Lambertian | Distribution::Measured(_) => stream.cosine_about(normal),
         };
+        let origin = self.off_wall(which, origin, direction);
         Emitted { origin, direction, flux: self.flux[which], luminaire: which as u32 }
     }
+}
+
+/// The surface that passes through an opening without extent, if there is any.
+fn touched(opening: &Opening, caster: &RayCaster) -> Option<Hit> {
+    let Opening::Point { position, .. } = opening else { return None };
+    let (at, step) = (position.as_vec3(), caster.longest_step());
+    let across = |axis: &Vec3| caster.closest_hit(at - *axis * step, *axis, 2.0 * step);
+    [Vec3::X, Vec3::Y, Vec3::Z].iter().find_map(across)
 }
 
 /// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies triangle by

@@ -122,6 +122,25 @@ pub enum Distribution {
     Measured(Measured),
 }
 
+/// The least that a luminaire gets of all photons, as a part of an even share.
+const LEAST_SHARE: f64 = 0.1;
+
+/// The part of all photons, or of all points drawn on luminaires, that each luminaire gets; and what each of them is to be
+/// multiplied by, so that its flux stays its own.
+///
+/// Shares are those of the flux, factors 1, where no luminaire has less than a tenth of the mean flux. Else none gets less than
+/// that: who is a thousand million times fainter than another may still be all that shines into its room.
+pub(crate) fn drawn_shares(luminaires: &[Luminaire]) -> Vec<(f64, f64)> {
+    let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
+    let shares = luminaires.iter().map(|luminaire| luminaire.flux.0 / total);
+    let least = LEAST_SHARE / luminaires.len() as f64;
+    if shares.clone().all(|share| share >= least) {
+        return shares.map(|share| (share, 1.0)).collect();
+    }
+    let whole: f64 = shares.clone().map(|share| share.max(least)).sum();
+    shares.map(|share| (share.max(least) / whole, share / (share.max(least) / whole))).collect()
+}
+
 impl Luminaire {
     /// Its measured distribution, if it has one.
     pub fn measured(&self) -> Option<&Measured> {

@@ -64,7 +64,8 @@ pub(crate) enum Fate<const C: usize> {
     /// By a rough mirror whose reflection is no caustic.
     Glossed(Vec3, Flux<C>),
     Mirrored(Vec3, Flux<C>),
-    Refracted(Vec3, [f32; C]),
+    /// Through glass; whether into it.
+    Refracted(Vec3, bool),
 }
 
 impl<const C: usize> Surface<C> {
@@ -86,9 +87,23 @@ impl<const C: usize> Surface<C> {
         !matches!(self, Self::Glass { .. })
     }
 
-    /// Decides by roulette what becomes of a photon; `normal` is the geometric one.
+    /// Index of refraction; 1 of what is not glass.
     #[inline]
-    pub(crate) fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> Fate<C> {
+    pub(crate) fn ior(&self) -> f32 {
+        if let Self::Glass { ior, .. } = self { *ior } else { 1.0 }
+    }
+
+    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for light
+    /// that enters it, or leaves.
+    #[inline]
+    pub(crate) fn meet(
+        &self,
+        direction: Vec3,
+        normal: Vec3,
+        flux: Flux<C>,
+        ratio: impl FnOnce(bool) -> f32,
+        stream: &mut Stream,
+    ) -> Fate<C> {
         match *self {
             Self::Opaque { diffuse, specular } => {
                 let (diffused, mirrored) = (flux.filtered(diffuse), flux.filtered(specular));
@@ -108,13 +123,11 @@ impl<const C: usize> Surface<C> {
                 }
             }
             Self::Layered(ref layers) => layers.meet(direction, normal, flux, stream),
-            Self::Glass { ior, absorption } => {
+            Self::Glass { .. } => {
                 let entering = direction.dot(normal) < 0.0;
-                let (facing, ratio) = if entering { (normal, 1.0 / ior) } else { (-normal, ior) };
-                match refract(direction, facing, ratio) {
-                    Some((onward, reflected)) if stream.uniform() >= reflected => {
-                        Fate::Refracted(onward, if entering { absorption } else { [0.0; C] })
-                    }
+                let facing = if entering { normal } else { -normal };
+                match refract(direction, facing, ratio(entering)) {
+                    Some((onward, reflected)) if stream.uniform() >= reflected => Fate::Refracted(onward, entering),
                     _ => Fate::Mirrored(mirror(direction, facing), flux),
                 }
             }
@@ -237,7 +250,7 @@ mod tests {
                 // Diffused back, diffused through, mirrored: sums and sums of squares.
                 let (mut sums, mut squares) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
                 for _ in 0..count {
-                    let (way, left) = match surface.meet(arriving, Vec3::Z, *flux, &mut stream) {
+                    let (way, left) = match surface.meet(arriving, Vec3::Z, *flux, |_| 1.0, &mut stream) {
                         Fate::Absorbed => continue,
                         Fate::Diffused(onward, left) => (usize::from(onward.dot(facing) < 0.0), left),
                         Fate::Mirrored(onward, left) | Fate::Glossed(onward, left) => {

@@ -1,6 +1,6 @@
 //! A photon's life: emit, fly, land, then survive or end.
 //!
-//! Photons carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
+//! The photons of a luminaire carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
 //! ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the flux it cut off.
 
 use std::io;
@@ -9,9 +9,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::flux::{Flux, accumulate};
+use super::media::Media;
 use super::random::{Seed, Stream};
 use super::surface::{Fate, Surface, pass_glass};
 use crate::embree::{Hit, RayCaster};
+use crate::luminaire::Luminaire;
 use crate::luminaire::emit::Emission;
 use crate::scene::Scene;
 use crate::state::Sum;
@@ -152,18 +154,28 @@ pub struct Tracer<'a, const C: usize> {
     caster: &'a RayCaster,
     surfaces: Vec<Surface<C>>,
     emission: Emission<'a, C>,
+    /// The glass that each luminaire is in; empty where there is no glass about any.
+    starts: Vec<Media>,
     photons: u64,
+    most_bounces: u32,
 }
 
 impl<'a, const C: usize> Tracer<'a, C> {
     /// Prepares passes of `photons` photons each through `scene`, whose mesh `caster` holds.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, photons: u64) -> Self {
-        Self {
-            caster,
-            surfaces: scene.materials.iter().map(Surface::from).collect(),
-            emission: Emission::new(&scene.luminaires, photons, caster),
-            photons,
+        let surfaces: Vec<Surface<C>> = scene.materials.iter().map(Surface::from).collect();
+        let around = |luminaire: &Luminaire| Media::around(luminaire.opening.middle().as_vec3(), caster, &surfaces);
+        let mut starts: Vec<Media> = scene.luminaires.par_iter().map(around).collect();
+        if starts.iter().all(|media| *media == Media::AIR) {
+            starts.clear();
         }
+        let emission = Emission::new(&scene.luminaires, photons, caster);
+        Self { caster, surfaces, emission, starts, photons, most_bounces: BOUNCE_CAP }
+    }
+
+    /// The same with another cap on bounces.
+    pub fn with_most_bounces(self, most_bounces: u32) -> Self {
+        Self { most_bounces, ..self }
     }
 
     /// Photons of a pass.
@@ -206,16 +218,25 @@ impl<'a, const C: usize> Tracer<'a, C> {
         (recorders, total)
     }
 
+    /// Follows photon number `photon` of a pass by itself.
+    pub(super) fn life<R: Recorder<C> + Default>(&self, seed: Seed, photon: u64) -> (R, Tally<C>) {
+        let (mut recorder, mut tally) = (R::default(), Tally::default());
+        let place = (photon as f64 + 0.5) / self.photons as f64;
+        self.follow(place, &mut seed.stream(photon), &mut recorder, &mut tally);
+        (recorder, tally)
+    }
+
     /// Follows one photon from its luminaire to its end.
     #[inline]
     fn follow(&self, place: f64, stream: &mut Stream, recorder: &mut impl Recorder<C>, tally: &mut Tally<C>) {
         // Emit.
         let photon = self.emission.photon(place, stream);
         let (mut origin, mut direction, mut flux) = (photon.origin, photon.direction, photon.flux);
-        let (mut history, mut glass) = (History::Direct, [0.0_f32; C]);
         let luminaire = photon.luminaire;
+        let mut media = self.starts.get(luminaire as usize).copied().unwrap_or(Media::AIR);
+        let (mut history, mut glass) = (History::Direct, media.absorption(&self.surfaces));
         accumulate(&mut tally.emitted, flux, 1.0);
-        for _ in 0..BOUNCE_CAP {
+        for _ in 0..self.most_bounces {
             // Fly.
             tally.rays += 1;
             let hit = self.caster.closest_hit(origin, direction, f32::INFINITY);
@@ -238,7 +259,8 @@ impl<'a, const C: usize> Tracer<'a, C> {
                 return;
             };
             // Survive or end.
-            match surface.meet(direction, hit.normal, flux, stream) {
+            let ratio = |entering| media.ratio(&self.surfaces, hit.material, entering);
+            match surface.meet(direction, hit.normal, flux, ratio, stream) {
                 Fate::Absorbed => {
                     accumulate(&mut tally.absorbed, flux, 1.0);
                     return;
@@ -255,8 +277,10 @@ impl<'a, const C: usize> Tracer<'a, C> {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, history.after_specular());
                 }
-                Fate::Refracted(onward, absorption) => {
-                    (direction, glass, history) = (onward, absorption, history.after_specular());
+                Fate::Refracted(onward, entering) => {
+                    media = media.beyond(hit.material, entering);
+                    (direction, glass) = (onward, media.absorption(&self.surfaces));
+                    history = history.after_specular();
                 }
             }
             origin = hit.leave(direction);

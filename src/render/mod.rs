@@ -17,7 +17,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::embree::RayCaster;
-use crate::error::Error;
+use crate::error::{Error, InputError, Location};
 use crate::gather::bandwidth::SCALES;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
@@ -32,7 +32,8 @@ use crate::gather::surroundings::{FAN, Surroundings};
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
-use crate::photon::trace::TallySum;
+use crate::photon::trace::{BOUNCE_CAP, TallySum};
+use crate::photon::trial::Trial;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
 use crate::scene::measured::Sample;
@@ -342,6 +343,8 @@ struct Rendering<'a, const C: usize> {
     /// Photons of caustics that are settled.
     photons_settled: u64,
     warnings: Vec<String>,
+    /// What became of photons sent ahead, where some surface absorbs next to nothing.
+    trial: Trial,
 }
 
 impl<'a, const C: usize> Rendering<'a, C> {
@@ -373,8 +376,10 @@ impl<'a, const C: usize> Rendering<'a, C> {
             caustics: BTreeMap::new(),
             photons_settled: 0,
             warnings: scene.warnings.clone(),
+            trial: Trial::default(),
         };
         rendering.choose_groups()?;
+        rendering.send_ahead(caster)?;
         let (mut places, sensors) = rendering.places(caster);
         if plan.shadow_rays {
             rendering.direct(&mut places, caster);
@@ -392,6 +397,27 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
         rendering.warn(&places);
         Ok(Some(rendering.results(&places, &sensors, images, caster.peak_memory())))
+    }
+
+    /// Asks some photons whether the light comes to an end, where that isn't plain.
+    fn send_ahead(&mut self, caster: &RayCaster) -> Result<(), Error> {
+        if !self.plan.bounces || !Trial::is_called_for(self.scene, self.diagonal) {
+            return Ok(());
+        }
+        let seed = Seed(self.settings.seed).branch(PURPOSE_TRIAL);
+        self.trial = self.timed("send photons ahead", 1, |this| Trial::of::<C>(this.scene, caster, seed));
+        let Trial { photons, endless, .. } = self.trial;
+        if endless <= MOST_ENDLESS {
+            return Ok(());
+        }
+        let found = format!(
+            "surfaces that absorb next to nothing: {:.1} % of the light of {photons} photons was still under way after \
+             {BOUNCE_CAP} bounces",
+            100.0 * endless
+        );
+        let expected = "some that absorb it, or an opening: illuminance has nothing to settle at";
+        let error = InputError::new(Location::file(&self.scene.file), found, expected);
+        Err(error.hint("white paint reflects 0.85, a good mirror 0.95").into())
     }
 
     /// Runs a stage and books its wall time.
@@ -499,10 +525,16 @@ impl<'a, const C: usize> Rendering<'a, C> {
         self.timed("look around", places.len() as u64, |this| {
             // Whether light can arrive is a fact of the scene: all seeds agree on it, so that their results can be merged.
             let reach = Reach::new(this.scene, caster, Seed(0).branch(PURPOSE_REACH));
+            // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
+            let of_place = |place: &Place<C>| {
+                let values = place.direct.iter().flat_map(|light| &light.value);
+                values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
+            };
+            let sliver = 1e-9 * places.iter().map(of_place).fold(0.0, f64::max);
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
-                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > 0.0);
+                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver);
                 *has_value =
                     points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
                 if densities && receiver.is_plane() {
@@ -526,6 +558,10 @@ const PURPOSE_REACH: u64 = 3;
 const PURPOSE_SIGHT: u64 = 4;
 const PURPOSE_VIEWS: u64 = 5;
 const PURPOSE_FAINT: u64 = 6;
+const PURPOSE_TRIAL: u64 = 7;
+
+/// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
+const MOST_ENDLESS: f64 = 0.02;
 
 /// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
 fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {

@@ -736,7 +736,10 @@ impl<'a, const C: usize> Engine<'a, C> {
         let (scene, method) = (run.scene, run.plan.method);
         let rounds = run.rounds();
         let photons = run.settings.photons.div_ceil(rounds);
-        let tracer = run.plan.photons.then(|| Tracer::new(scene, caster, photons));
+        let tracer = run.plan.photons.then(|| {
+            let most_bounces = run.trial.most_bounces();
+            Tracer::new(scene, caster, photons).with_most_bounces(most_bounces)
+        });
         let looks = method.sends_rays() || !scene.cameras.is_empty();
         let sight = looks.then(|| Sight::new(scene, caster, method == Method::Path));
         let grid = (method == Method::Gather && run.plan.photons).then(|| {

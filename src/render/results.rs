@@ -15,6 +15,9 @@ use crate::scene::plan::Method;
 use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
 use crate::units::Lumens;
 
+/// Photons, all passes together, below which the scatter of their batches tells little.
+const FEWEST_PHOTONS: u64 = 1000;
+
 impl<const C: usize> Rendering<'_, C> {
     /// Says what a user ought to know about this run.
     pub(super) fn warn(&mut self, places: &[Place<C>]) {
@@ -31,9 +34,10 @@ impl<const C: usize> Rendering<'_, C> {
             }
             if place.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
-                    "plane \"{}\": no light can arrive at any point; along × across points to the measured side, and some \
-                     luminaire has to shine into the same space",
-                    plane.name
+                    "plane \"{}\": no light can arrive at any of its {} points; along × across points to the measured side, and \
+                     some luminaire has to shine into the same space",
+                    plane.name,
+                    plane.len(),
                 ));
             }
             let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
@@ -49,6 +53,19 @@ impl<const C: usize> Rendering<'_, C> {
             }
         }
         let first = places.len() - self.scene.surfaces.len();
+        let unmet = |place: &Place<C>| {
+            let dark = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            (0..place.receiver.len()).filter(dark).count()
+        };
+        let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
+        if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+            self.warnings.push(format!(
+                "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0 ± 0; expected more photons \
+                 or a larger radius",
+                self.scene.sensors.len(),
+                self.searches.smooth.radius,
+            ));
+        }
         for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
             if place.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
@@ -90,12 +107,56 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let flux = self.flux.mean(1.0);
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
-        if cut_off > 0.0 {
+        let most = self.trial.most_bounces();
+        if cut_off > 0.0 && self.trial.in_glass > 0.0 {
             self.warnings.push(format!(
-                "{:.3} % of the flux was still under way after {} bounces and was cut off: illuminance is too low",
+                "{:.3} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
+                 glass that absorbs nothing, where it lights nothing",
                 100.0 * cut_off,
-                crate::photon::trace::BOUNCE_CAP,
             ));
+        } else if cut_off > 0.0 {
+            self.warnings.push(format!(
+                "{:.3} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
+                100.0 * cut_off,
+            ));
+        }
+        if self.plan.photons && self.photons_emitted < FEWEST_PHOTONS {
+            self.warnings.push(format!(
+                "light that has bounced rests on {} photons: what errors are claimed can't be trusted; expected some \
+                 thousands at least",
+                self.photons_emitted,
+            ));
+        }
+        self.warn_of_lamps_at_points(places, step);
+    }
+
+    /// A luminaire without extent has no bound on its illuminance where it is.
+    fn warn_of_lamps_at_points(&mut self, places: &[Place<C>], step: f64) {
+        let lamps: Vec<(&str, DVec3)> = self
+            .scene
+            .luminaires
+            .iter()
+            .filter_map(|luminaire| match luminaire.opening {
+                Opening::Point { position, .. } => Some((luminaire.name.as_str(), position)),
+                _ => None,
+            })
+            .collect();
+        for place in places {
+            let receiver = &place.receiver;
+            for (name, lamp) in &lamps {
+                let height = (*lamp - receiver.origin.as_dvec3()).dot(receiver.normal.as_dvec3());
+                if receiver.is_plane() && height.abs() > 8.0 * step {
+                    continue;
+                }
+                let distances = (0..receiver.len()).map(|point| receiver.start(point).as_dvec3().distance(*lamp));
+                let nearest = distances.fold(f64::INFINITY, f64::min);
+                if nearest <= 4.0 * step {
+                    self.warnings.push(format!(
+                        "luminaire \"{name}\" has no extent and hangs {nearest:.1e} m from a point that is measured: illuminance \
+                         there has no bound, and what is found depends on rounding; expected an opening, or another place"
+                    ));
+                }
+            }
         }
     }
 

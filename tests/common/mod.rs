@@ -3,10 +3,10 @@
 
 pub mod files;
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
+pub use luxmap::check::scenes::{room, sensor};
 use luxmap::render::{Settings, render};
 use luxmap::report::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
@@ -49,26 +49,6 @@ pub fn mean(map: &IlluminanceMap) -> f64 {
     let values: Vec<f64> =
         map.illuminance.iter().zip(&map.has_value).filter(|(_, has)| **has).map(|(value, _)| *value).collect();
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// OBJ text of a box from `low` to `high`, faces seen from inside, materials in the order floor (z low), ceiling, and the
-/// walls at x low, x high, y low, y high.
-pub fn room(low: [f64; 3], high: [f64; 3], materials: [&str; 6]) -> String {
-    let mut obj = String::new();
-    for corner in 0..8 {
-        let pick = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
-        writeln!(obj, "v {} {} {}", pick(0), pick(1), pick(2)).expect("a string takes all");
-    }
-    let faces = ["1 2 4 3", "7 8 6 5", "1 3 7 5", "6 8 4 2", "1 5 6 2", "3 4 8 7"];
-    for (material, face) in materials.iter().zip(faces) {
-        writeln!(obj, "usemtl {material}\nf {face}").expect("a string takes all");
-    }
-    obj
-}
-
-/// TOML of a sensor.
-pub fn sensor(name: &str, position: [f64; 3], normal: [f64; 3]) -> String {
-    format!("[[sensor]]\nname = \"{name}\"\nposition = {position:?}\nnormal = {normal:?}\n")
 }
 
 /// Asserts that `found` lies within `bound` (relative) of `expected`.
