@@ -1,5 +1,5 @@
 //! Scenes for the tests: written as a user would write them, read as luxmap reads them.
-#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
+#![allow(dead_code, unreachable_pub, unused_imports, reason = "each test file uses its own part")]
 
 pub mod files;
 
