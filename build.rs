@@ -14,7 +14,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=EMBREE_DIR");
     if let Err(sentence) = find_embree().and_then(|embree| {
-        embree.link();
+        embree.link()?;
         embree.write_layouts()
     }) {
         println!("cargo::error={sentence}");
@@ -64,9 +64,11 @@ impl Embree {
     }
 
     /// Tells cargo how to link, and how the loader finds the library when a program of this package starts.
-    fn link(&self) {
+    fn link(&self) -> Result<(), String> {
         println!("cargo::rerun-if-changed={}", self.include.join("embree4").display());
-        let Some(folder) = &self.library else { return };
+        let Some(folder) = &self.library else { return Ok(()) };
+        // Programs keep what they need beside them: where a private folder is moved away, they still start.
+        let folder = &if private_loader(folder).is_some() { kept(folder)? } else { folder.clone() };
         let library = folder.display();
         println!("cargo::rustc-link-search=native={library}");
         let mut arguments = vec![format!("-Wl,-rpath,{library}")];
@@ -79,6 +81,7 @@ impl Embree {
         arguments.iter().for_each(|argument| println!("cargo::rustc-link-arg={argument}"));
         // Arguments reach this package's programs only; those of others that depend on it pass them on (`fuzz/build.rs`).
         println!("cargo::metadata=link_arguments={}", arguments.join("\x1f"));
+        Ok(())
     }
 
     /// Writes `embree.rs` into `OUT_DIR`: the layouts as the header found declares them.
@@ -96,6 +99,29 @@ impl Embree {
             .write_to_file(&target)
             .map_err(|why| format!("{}: can't be written: {why}", target.display()))
     }
+}
+
+/// A folder of the build with the files of a private folder: hard links where that is possible, else copies.
+fn kept(folder: &Path) -> Result<PathBuf, String> {
+    let kept = Path::new(&env::var_os("OUT_DIR").expect("cargo names the output folder")).join("embree");
+    let fill = || {
+        if kept.exists() {
+            fs::remove_dir_all(&kept)?;
+        }
+        fs::create_dir_all(&kept)?;
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?.path();
+            // Names of libraries are links to others: what they lead to is kept under each name.
+            let file = fs::canonicalize(&entry).unwrap_or_else(|_| entry.clone());
+            if let (true, Some(name)) = (file.is_file(), entry.file_name()) {
+                let place = kept.join(name);
+                fs::hard_link(&file, &place).or_else(|_| fs::copy(&file, &place).map(drop))?;
+            }
+        }
+        Ok(())
+    };
+    fill().map_err(|why: std::io::Error| format!("{}: can't be filled: {why}", kept.display()))?;
+    Ok(kept)
 }
 
 fn header_folder(prefix: &Path) -> Option<PathBuf> {

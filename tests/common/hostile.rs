@@ -178,7 +178,7 @@ fn check_scene(scene: &Scene) {
         let plan = Plan::new(scene, method);
         assert!(!plan.to_string().contains("NaN"));
         let settings = Settings::for_plan(&plan);
-        if let Err(error) = memory::fit(scene, &plan, &settings, 1 << 30) {
+        if let Err(error) = memory::fit(scene, &plan, &mut settings, Some(1.0)) {
             refusal(error);
         }
     }
