@@ -68,6 +68,8 @@ pub struct Lamps<'a, const C: usize> {
     /// Flux of all, lm.
     flux: f32,
     candidates: usize,
+    /// Whether some luminaire is far fainter than the others: then those that are hidden must not stand for it.
+    uneven: bool,
 }
 
 struct Lamp<const C: usize> {
@@ -152,6 +154,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             shares: shares.collect(),
             flux: flux as f32,
             candidates: CANDIDATES.min(luminaires.len()),
+            uneven: drawn.iter().any(|(_, times)| *times != 1.0),
         }
     }
 
@@ -173,7 +176,8 @@ impl<'a, const C: usize> Lamps<'a, C> {
     ///
     /// Points of the luminaires are drawn by flux, equally spaced among it; one of them is then chosen by what it would
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
-    /// and some 10 ns a candidate.
+    /// and some 10 ns a candidate; a shadow ray each where luminaires are very unlike, as a bright one behind a wall would
+    /// nearly always stand for the faint one before it, and bring nothing.
     pub fn aimed(&self, from: Vec3, receive: impl Fn(&Aim) -> f32, stream: &mut Stream) -> Option<Aimed<C>> {
         self.aimed_from(stream.uniform(), from, receive, stream)
     }
@@ -209,16 +213,19 @@ impl<'a, const C: usize> Lamps<'a, C> {
             let aim = Aim { direction, near: distance * distance < lamp.near_squared, solid_angle };
             let weight = lamp.times * leaving * receive(&aim) / (distance * distance);
             if weight > 0.0 && weight.is_finite() {
+                let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
+                if self.uneven && self.caster.is_occluded(from, direction, reach) {
+                    continue;
+                }
                 whole += weight;
                 if stream.uniform() * whole < weight {
-                    chosen = Some((which, direction, distance));
+                    chosen = Some((which, direction, reach));
                 }
             }
         }
-        let (which, direction, distance) = chosen?;
+        let (which, direction, reach) = chosen?;
         let lamp = &self.lamps[which];
-        let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
-        if self.caster.is_occluded(from, direction, reach) {
+        if !self.uneven && self.caster.is_occluded(from, direction, reach) {
             return None;
         }
         let lux = self.flux * std::f32::consts::FRAC_1_PI * whole / self.candidates as f32;

@@ -299,7 +299,9 @@ impl Receiver {
             Some(hit) => {
                 let to = hit.position - self.origin;
                 let end = to.dot(self.normal);
-                if end > self.tolerance {
+                // What lands on the foot of a wall stays above the floor: it would count on both sides of a thin one.
+                let steep = hit.normal.dot(self.normal).abs() < STEEP;
+                if end > self.tolerance || (steep && end >= 0.0) {
                     return None;
                 }
                 if end >= 0.0 { to } else { from + (to - from) * (start / (start - end)) }
@@ -311,6 +313,9 @@ impl Receiver {
         (inside(0) && inside(1)).then_some(at)
     }
 }
+
+/// Surfaces that lean more than 60° from a measuring plane are no floor of it, by the cosine.
+const STEEP: f32 = 0.5;
 
 /// How near a wall a point may be, and how far it is moved off, in the longest steps that rays start off surfaces.
 const TOUCHING: f32 = 0.75;

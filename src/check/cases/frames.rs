@@ -29,7 +29,7 @@ fn furnished(scale: f64) -> SceneText {
         toml: [
             diffuse("wall", 0.5),
             diffuse("block", 0.3),
-            panel("panel", [2.5 * scale, 2.5 * scale, 2.7 * scale], [0.0, 0.0, -1.0], [1.2 * scale, 0.6 * scale], FLUX),
+            panel("panel", [2.5 * scale, 2.5 * scale, 2.7 * scale], [0.0, 0.0, -1.0], [0.8 * scale, 0.6 * scale], FLUX),
             floor([0.0; 3], size, 20),
         ]
         .concat(),

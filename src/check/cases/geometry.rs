@@ -69,7 +69,7 @@ fn walls() -> Vec<Case> {
                 .within(4.0 * closed_room_noise(0.5, 5e3) + 5e-3)
                 .closed();
             if method == Path {
-                case = case.rays(16);
+                case = case.rays(64).within(0.1);
             }
             cases.push(if method == Gather { case.quick() } else { case });
         }
