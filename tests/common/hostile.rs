@@ -177,7 +177,7 @@ fn check_scene(scene: &Scene) {
     for (_, method) in Method::ALL.into_iter().take(methods) {
         let plan = Plan::new(scene, method);
         assert!(!plan.to_string().contains("NaN"));
-        let settings = Settings::for_plan(&plan);
+        let mut settings = Settings::for_plan(&plan);
         if let Err(error) = memory::fit(scene, &plan, &mut settings, Some(1.0)) {
             refusal(error);
         }
