@@ -18,6 +18,7 @@
 
 pub mod batch;
 pub mod cli;
+pub mod control;
 pub mod convergence;
 pub mod dimming;
 pub mod embree;
