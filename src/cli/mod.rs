@@ -1,6 +1,7 @@
 //! The command: parse → validate → run. Every failure is printed here, as one line.
 
 mod batch;
+mod control;
 mod converge;
 mod dim;
 mod influence;
@@ -39,6 +40,7 @@ enum Command {
     Office(office::Arguments),
     Batch(batch::Arguments),
     Influence(influence::Arguments),
+    Control(control::Arguments),
     Dim(dim::Arguments),
 }
 
@@ -80,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Office(arguments) => office::run(&arguments),
         Command::Batch(arguments) => batch::run(&arguments),
         Command::Influence(arguments) => influence::run(&arguments),
+        Command::Control(arguments) => control::run(&arguments),
         Command::Dim(arguments) => dim::run(&arguments),
     };
     match outcome {
