@@ -67,7 +67,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             let influence = Influence::read(path)?;
             if Scene::load_dimmed(&arguments.scene, &Dimming::Full)?.hash != influence.scene_sha256 {
                 let (path, scene) = (path.display(), arguments.scene.display());
-                warnings.push(format!("{path} is of another scene than {scene} as it is now; targets and light are of the former"));
+                warnings.push(format!(
+                    "{path} is of another scene than {scene} as it is now; targets and light are of the former"
+                ));
             }
             influence
         }

@@ -22,9 +22,8 @@ use crate::photon::random::Stream;
 use crate::scene::fields::Fields;
 
 /// Keys of `[ana-rc]`.
-pub(super) const KEYS: [&str; 12] = [
-    "weight", "power", "counts", "strong", "total", "margin", "down", "both", "up", "prior", "noise", "drift",
-];
+pub(super) const KEYS: [&str; 12] =
+    ["weight", "power", "counts", "strong", "total", "margin", "down", "both", "up", "prior", "noise", "drift"];
 
 /// What can be set.
 #[derive(Clone, Debug, PartialEq)]

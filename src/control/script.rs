@@ -220,7 +220,18 @@ fn unknown<'a>(what: &str, name: &Placed<String>, known: impl Iterator<Item = &'
 
 /// Keys of an `[[event]]`.
 const KEYS: [&str; 12] = [
-    "at", "sensor", "luminaire", "target", "tolerance", "comes", "leaves", "fails", "reads", "stuck", "noise", "daylight",
+    "at",
+    "sensor",
+    "luminaire",
+    "target",
+    "tolerance",
+    "comes",
+    "leaves",
+    "fails",
+    "reads",
+    "stuck",
+    "noise",
+    "daylight",
 ];
 
 /// Reads an `[[event]]`.

@@ -55,9 +55,10 @@ pub fn write_csv(simulation: &Simulation<'_>, out: &mut impl Write) -> io::Resul
     let Simulation { influence, series, .. } = simulation;
     let mut table = ::csv::WriterBuilder::new().from_writer(out);
     let unit = influence.power_unit();
-    let sensors = influence.sensors.iter().flat_map(|sensor| {
-        ["E_lx", "reading_lx", "target_lx"].map(|quantity| format!("{quantity} {}", sensor.name))
-    });
+    let sensors = influence
+        .sensors
+        .iter()
+        .flat_map(|sensor| ["E_lx", "reading_lx", "target_lx"].map(|quantity| format!("{quantity} {}", sensor.name)));
     let levels = influence.luminaires.iter().map(|luminaire| format!("level {}", luminaire.name));
     let head = ["time_s".to_owned(), format!("power_{unit}"), format!("optimum_{unit}")];
     table.write_record(head.into_iter().chain(sensors).chain(levels))?;
@@ -70,7 +71,8 @@ pub fn write_csv(simulation: &Simulation<'_>, out: &mut impl Write) -> io::Resul
         }
         let sensors =
             row.lux.iter().zip(&row.seen).flat_map(|(lux, s)| [number(*lux), perhaps(s.reading), perhaps(s.target)]);
-        table.write_record(whole.into_iter().map(number).chain(sensors).chain(row.levels.iter().copied().map(number)))?;
+        table
+            .write_record(whole.into_iter().map(number).chain(sensors).chain(row.levels.iter().copied().map(number)))?;
     }
     table.flush()
 }
@@ -199,9 +201,11 @@ pub fn page(simulation: &Simulation<'_>) -> String {
         format!("<figure>\n<figcaption><b>{}</b> {text}</figcaption>\n{chart}</figure>\n", escape(title))
     };
     let mut charts = figure("Power.", "Orange: the optimum. Dashed: events.", power_chart(simulation));
-    charts += &figure("Levels.", "A row for each luminaire; the stronger the colour, the brighter.", levels(simulation));
+    charts +=
+        &figure("Levels.", "A row for each luminaire; the stronger the colour, the brighter.", levels(simulation));
     for sensor in (0..influence.sensors.len()).take(MOST_SHOWN) {
-        charts += &figure(&influence.sensors[sensor].name, "Band: target and tolerance.", lux_chart(simulation, sensor));
+        charts +=
+            &figure(&influence.sensors[sensor].name, "Band: target and tolerance.", lux_chart(simulation, sensor));
     }
     let intro = format!(
         "<p>{}, {} with a measurement every {}, seed {seed}.</p>\n",
