@@ -223,8 +223,8 @@ fn luxmap(test: &str, arguments: &[&str]) -> (PathBuf, Output) {
     let _ = fs::remove_dir_all(&folder); // of an earlier run
     fs::create_dir_all(&folder).expect("the target folder is writable");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let output = Command::new(env!("CARGO_BIN_EXE_luxmap")).current_dir(root).args(arguments).arg("-o").arg(&folder);
-    let output = output.output().expect("luxmap runs");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_luxmap"));
+    let output = command.current_dir(root).args(arguments).arg("-o").arg(&folder).output().expect("luxmap runs");
     (folder, output)
 }
 
