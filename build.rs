@@ -67,10 +67,11 @@ impl Embree {
     fn link(&self) -> Result<(), String> {
         println!("cargo::rerun-if-changed={}", self.include.join("embree4").display());
         let Some(folder) = &self.library else { return Ok(()) };
-        // Programs keep what they need beside them: where a private folder is moved away, they still start.
+        println!("cargo::rustc-link-search=native={}", folder.display());
+        // Programs keep what they need beside them: where a private folder is moved away, they still start. It is no folder
+        // to search for libraries: cargo would tell all programs that tests start to look there.
         let folder = &if private_loader(folder).is_some() { kept(folder)? } else { folder.clone() };
         let library = folder.display();
-        println!("cargo::rustc-link-search=native={library}");
         let mut arguments = vec![format!("-Wl,-rpath,{library}")];
         // Debian 13's Embree needs Debian 13's C library. Where both lie in one private folder, programs start with that
         // folder's loader, and RPATH (not RUNPATH) passes the folder on to the libraries that libembree4 itself needs.

@@ -20,6 +20,7 @@
 pub mod batch;
 pub mod check;
 pub mod cli;
+pub mod control;
 pub mod convergence;
 pub mod dimming;
 pub mod embree;

@@ -210,11 +210,11 @@ fn options_out_of_range_are_refused() {
 fn the_scene_file_chooses_like_the_command_line() {
     let folder = Folder::new("defaults");
     for tree in ["kd", "kiddo", "paper", "brute"] {
-        folder.write("scene.toml", &format!("{}[render]\nphotons = 500\npasses = 1\ntree = \"{tree}\"\n", sound()));
+        folder.write("scene.toml", &format!("{}[render]\nphotons = 2000\npasses = 1\ntree = \"{tree}\"\n", sound()));
         let output = folder.luxmap(&["render", "scene.toml", "-o", "out", "--json"]);
         done(&output);
         let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        assert_eq!((&summary["tree"], &summary["photons_emitted"]), (&tree.into(), &500.into()));
+        assert_eq!((&summary["tree"], &summary["photons_emitted"]), (&tree.into(), &2000.into()));
     }
 }
 

@@ -67,7 +67,7 @@ fn corners(low: [f64; 3], high: [f64; 3]) -> String {
     let mut obj = String::new();
     for corner in 0..8 {
         let pick = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
-        line(&mut obj, format_args!("v {:e} {:e} {:e}", pick(0), pick(1), pick(2)));
+        line(&mut obj, format_args!("v {} {} {}", pick(0), pick(1), pick(2)));
     }
     obj
 }
@@ -76,7 +76,7 @@ fn corners(low: [f64; 3], high: [f64; 3]) -> String {
 pub fn polygon(material: &str, points: &[[f64; 3]]) -> String {
     let mut obj = String::new();
     for [x, y, z] in points {
-        line(&mut obj, format_args!("v {x:e} {y:e} {z:e}"));
+        line(&mut obj, format_args!("v {x} {y} {z}"));
     }
     let numbers: Vec<String> = (1..=points.len()).rev().map(|back| format!("-{back}")).collect();
     line(&mut obj, format_args!("usemtl {material}\nf {}", numbers.join(" ")));

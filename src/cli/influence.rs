@@ -24,7 +24,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let arguments = &arguments.run;
     end_after_pass();
     let folder = folder(arguments, "influence");
-    let Found { _claim, scene, influence, results } = found(arguments, &folder)?;
+    let Found { claim: _claim, scene, influence, results } = found(arguments, &folder)?;
     let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
     written.extend(influence.write(&folder)?);
     written.push(folder.join("live.html"));
@@ -50,7 +50,7 @@ pub(super) fn folder(arguments: &render::Arguments, command: &str) -> PathBuf {
 
 /// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.
 pub(super) struct Found {
-    pub(super) _claim: Claim,
+    pub(super) claim: Claim,
     pub(super) scene: Scene,
     pub(super) influence: Influence,
     pub(super) results: Results,
@@ -67,8 +67,8 @@ pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<Foun
         let scene = arguments.scene.display();
         return Err(Error::Usage(format!("{scene}: found no sensor, expected a [[sensor]] that luminaires influence")));
     }
-    let _claim = Claim::of(folder)?;
+    let claim = Claim::of(folder)?;
     let results = job.run(arguments.threads, arguments.quiet, &Keeping::default())?.expect("who is alone leads");
     let influence = Influence::of(job.scene(), groups, &results);
-    Ok(Found { _claim, scene: job.scene().clone(), influence, results })
+    Ok(Found { claim, scene: job.scene().clone(), influence, results })
 }

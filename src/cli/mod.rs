@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod control;
 mod converge;
 mod dim;
 mod influence;
@@ -42,6 +43,7 @@ enum Command {
     Office(office::Arguments),
     Batch(batch::Arguments),
     Influence(influence::Arguments),
+    Control(control::Arguments),
     Dim(dim::Arguments),
     Check(check::Arguments),
 }
@@ -106,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Office(arguments) => office::run(&arguments),
         Command::Batch(arguments) => batch::run(&arguments),
         Command::Influence(arguments) => influence::run(&arguments),
+        Command::Control(arguments) => control::run(&arguments),
         Command::Dim(arguments) => dim::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };

@@ -6,6 +6,7 @@
 
 pub mod areas;
 pub mod batch;
+pub mod control;
 pub mod convergence;
 pub mod csv;
 pub mod dimming;

@@ -18,6 +18,7 @@ const LETTER: f64 = 7.7;
 /// How values become places.
 #[derive(Clone, Copy)]
 enum Scale {
+    Linear,
     Logarithmic,
     /// Linear around 0, logarithmic beyond the threshold.
     Symmetric(f64),
@@ -26,6 +27,7 @@ enum Scale {
 impl Scale {
     fn apply(self, value: f64) -> f64 {
         match self {
+            Self::Linear => value,
             Self::Logarithmic => value.ln(),
             Self::Symmetric(threshold) => (value / threshold).asinh(),
         }
@@ -42,6 +44,12 @@ pub(super) struct Axis {
 }
 
 impl Axis {
+    /// A linear axis from `low` to `high`; without a unit it has no ticks.
+    pub(super) fn linear(title: &str, unit: &'static str, low: f64, high: f64) -> Self {
+        let high = if high > low { high } else { low + 1.0 };
+        Self { title: title.into(), unit, scale: Scale::Linear, low, high }
+    }
+
     /// A logarithmic axis with room around the positive ones of `values`.
     pub(super) fn logarithmic(title: &str, unit: &'static str, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values
@@ -78,7 +86,20 @@ impl Axis {
 
     /// Round values on the axis, and whether there is room for their text: 1, 2 and 5 in every decade.
     fn ticks(&self, length: f64, gap: f64) -> Vec<(f64, bool)> {
+        if matches!(self.scale, Scale::Linear) {
+            if self.unit.is_empty() {
+                return Vec::new();
+            }
+            // The smallest of 1, 2 and 5 times a power of ten that leaves room between.
+            let least = (self.high - self.low) * gap / length;
+            let decade = 10f64.powf(least.log10().floor());
+            let step = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade).into_iter().find(|step| *step >= least);
+            let step = step.unwrap_or(10.0 * decade);
+            let numbers = (self.low / step - 1e-9).ceil() as i64..=(self.high / step + 1e-9).floor() as i64;
+            return numbers.map(|number| (round_to(number as f64 * step, 6), true)).collect();
+        }
         let (signs, least): (&[f64], f64) = match self.scale {
+            Scale::Linear => (&[], 0.0),
             Scale::Logarithmic => (&[1.0], self.low),
             Scale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
         };
@@ -182,6 +203,24 @@ impl Chart {
         let corners: Vec<String> =
             corners.iter().map(|&corner| self.place(corner)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(self.under, "<polygon class=\"{class}\" points=\"{}\"/>", corners.join(" "));
+    }
+
+    /// A thin line without marks, cut at the frame.
+    pub(super) fn trace(&mut self, points: &[[f64; 2]], class: &str) {
+        let points: Vec<String> =
+            points.iter().map(|&point| self.place(point)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(self.under, "<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "));
+    }
+
+    /// A rectangle between two corners, cut at the frame, filled as much as `share` says.
+    pub(super) fn cell(&mut self, from: [f64; 2], to: [f64; 2], share: f64, class: &str) {
+        let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
+        let (x, y, width, height) = (x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs());
+        let _ = writeln!(
+            self.under,
+            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{height:.2}\" \
+             fill-opacity=\"{share:.2}\"/>"
+        );
     }
 
     /// Text `offset` right of and below a point, which it ends at or begins with.

@@ -164,7 +164,7 @@ fn a_partition_may_touch_the_point_s_plane_and_the_opening_s() {
         (upright(0.25, 0.0, 3.0), [[-1.0, 0.25], [0.0; 2]]),
         (upright(0.25, 1.0, 2.0), [[-1.0, 0.25], [0.5, 1.0]]),
         (upright(-step, -1.0, 1.0), [[-2.0 * step, 1.0], [0.0; 2]]),
-        (upright(0.0, 0.0, 1.0), [[-1.0, 1.0], [0.0; 2]]), // edge-on: hides nothing
+        (upright(0.0, 0.0, 1.0), [[-1.0, 0.0], [0.0; 2]]), // the point is on one side of it
     ] {
         let found = at_origin(panel([-1.0, 1.0], [-1.0, 1.0], 2.0), &mesh);
         let expected: f64 = lit.map(|x| seen(&rectangle(x, [-1.0, 1.0], 2.0))).iter().sum();

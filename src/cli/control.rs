@@ -1,0 +1,126 @@
+//! `luxmap control`: a control loop in a room, step by step.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::influence::Found;
+use super::render::{self, stem};
+use super::{Include, Outcome, complain, influence, print, sentence};
+use crate::control::{Script, simulate};
+use crate::dimming::Influence;
+use crate::error::{Error, InputError, Location};
+use crate::report::Claim;
+use crate::report::control::{Simulation, json, table, write};
+use crate::scene::{Dimming, Scene};
+
+/// Largest script read, bytes.
+const LARGEST: u64 = 16 << 20;
+
+/// Simulate a control loop: sensors read, a controller dims, workers come and go, sensors and luminaires fail, as a script says;
+/// beside it the levels of least power. Writes control.csv and control.html.
+///
+/// SCRIPT (TOML):
+///
+///   controller = "ana-rc"      # the lab's hill climbing; "uniform": one level for all; "optimum"
+///   duration = 1800            # s
+///   step = 1.0                 # s between measurements; a search operation of ana-rc takes two
+///   seed = 0
+///   [[event]]
+///   at = 600                   # s
+///   sensor = "desk 1"
+///   target = 700               # or leaves, comes, fails = true; reads, noise, daylight = lx
+///   [[event]]
+///   at = 900
+///   luminaire = "L[2,3]"
+///   fails = true               # or stuck = 0.4; fails = false: works again
+///   [[event]]
+///   at = 1200
+///   daylight = 100             # of all sensors, lx
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(super) struct Arguments {
+    /// Scene file (TOML) with sensors that have targets.
+    scene: PathBuf,
+    #[command(flatten)]
+    include: Include,
+    /// What is to happen (TOML).
+    script: PathBuf,
+    /// The matrix that luxmap influence has written for this scene, instead of computing it.
+    #[arg(long, value_name = "FILE")]
+    influence: Option<PathBuf>,
+    /// Folder for the results.
+    #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>-control]")]
+    output: Option<PathBuf>,
+    /// Seed of the controller and of noise [default: the script's, else 0].
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// Print the summary as JSON instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// No progress on stderr.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let text = read(&arguments.script)?;
+    let mut warnings = Vec::new();
+    let folder = arguments.output.clone().unwrap_or_else(|| {
+        let mut name = stem(&arguments.scene).into_os_string();
+        name.push("-control");
+        Path::new("out").join(name)
+    });
+    let (influence, claim) = match &arguments.influence {
+        Some(path) => {
+            let influence = Influence::read(path)?;
+            if Scene::load_with(&arguments.scene, &arguments.include.folders, &Dimming::Full)?.hash
+                != influence.scene_sha256
+            {
+                let (path, scene) = (path.display(), arguments.scene.display());
+                warnings.push(format!(
+                    "{path} is of another scene than {scene} as it is now; targets and light are of the former"
+                ));
+            }
+            (influence, None)
+        }
+        None => {
+            let found = computed(arguments, &folder)?;
+            (found.influence, Some(found.claim))
+        }
+    };
+    let script = Script::parse(&arguments.script, &text, &influence)?;
+    let _claim = claim.map_or_else(|| Claim::of(&folder), Ok)?;
+    let seed = arguments.seed.unwrap_or(script.seed);
+    let series = simulate(&influence, &script, seed)?;
+    let simulation = Simulation { influence: &influence, script: &script, seed, series: &series };
+    let written = write(&simulation, &folder)?;
+    if arguments.json {
+        print(&json(&simulation))?;
+    } else {
+        print(&table(&simulation))?;
+        let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+        print(&format!("wrote {}\n", names.join(" and ")))?;
+    }
+    warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+    Ok(Outcome::Done)
+}
+
+/// The matrix of a scene, by a run as of `luxmap influence`.
+fn computed(arguments: &Arguments, folder: &Path) -> Result<Found, Error> {
+    let include = arguments.include.folders.iter().map(|folder| format!("--include={}", folder.display()));
+    let options: Vec<String> = include.chain(arguments.quiet.then(|| "--quiet".to_owned())).collect();
+    let arguments = render::parse(&options, &arguments.scene).map_err(|error| Error::Usage(sentence(&error)))?;
+    influence::found(&arguments, folder)
+}
+
+/// The text of the script.
+fn read(path: &Path) -> Result<String, InputError> {
+    let refuse = |found: String| InputError::new(Location::file(path), found, "a script of luxmap control, in TOML");
+    let metadata = fs::metadata(path).map_err(|error| {
+        refuse(if error.kind() == std::io::ErrorKind::NotFound { "no such file".into() } else { error.to_string() })
+    })?;
+    if !metadata.is_file() || metadata.len() > LARGEST {
+        return Err(refuse("no regular file of at most 16 MiB".into()));
+    }
+    fs::read_to_string(path).map_err(|error| refuse(error.to_string()))
+}
