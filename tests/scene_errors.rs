@@ -128,7 +128,7 @@ fn keys_nobody_knows() {
     assert_eq!(
         luminaire_says("colour = [1, 1, 1]"),
         "scene.toml:5: found unknown key \"colour\" in [[luminaire]], expected one of name, position, aim, rotation, \
-         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor; did you mean color?"
+         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor, dimming_min, power, standby; did you mean color?"
     );
     assert_eq!(
         says("[[lamp]]\n"),

@@ -530,7 +530,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 let values = place.direct.iter().flat_map(|light| &light.value);
                 values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
             };
-            let sliver = 1e-6 * places.iter().map(of_place).fold(0.0, f64::max);
+            let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();

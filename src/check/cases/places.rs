@@ -128,15 +128,15 @@ fn many() -> Vec<Case> {
     let beside = SceneText {
         toml: diffuse("wall", 0.5)
             + &point_lamp("lamp", [2.0, 2.0, 3.0], FLUX)
-            + &plane("too many", [0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [10_000, 10_000], "air"),
+            + &plane("too many", [0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [20_000, 20_000], "air"),
         obj: room([0.0; 3], [4.0; 3], ["wall"; 6]),
         mtl: String::new(),
     };
     vec![
         case("160 thousand points", "the mean of a map is flux by solid angle", 200).quick(),
         case("100 million points", "four maps of 25 million, in bands of 4 million; 2.5 GB of results", 5000),
-        Case::new(PLACES, "100 million points in one map", "no program would read its image", beside)
-            .refused("at most 25000000 cells")
+        Case::new(PLACES, "400 million points in one map", "its result alone would take 10 to 20 GB", beside)
+            .refused("268435456 cells")
             .quick(),
         Case::new(
             PLACES,
