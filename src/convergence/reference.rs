@@ -200,7 +200,12 @@ impl Reference {
         let header = table.headers().map_err(broken)?.clone();
         let column = |name: &str| header.iter().position(|title| title.trim_start_matches('\u{feff}') == name);
         let Some(e_column) = column("E_lx") else {
-            let found = format!("columns {}", listed(header.iter()));
+            // Names of bytes that are no text are long.
+            let mut found = format!("columns {}", listed(header.iter()));
+            if let Some((end, _)) = found.char_indices().nth(300) {
+                found.truncate(end);
+                found.push('…');
+            }
             return Err(refuse(1, found, "a column E_lx, and standard_error_lx where that is known").into());
         };
         let error_column = column("standard_error_lx");
