@@ -15,7 +15,8 @@ use crate::scene::Scene;
 /// How far from a plane a sensor may be and still move along it, m.
 const NEAR: f64 = 1e-3;
 
-/// Writes the live page of what a run found of luminaires told apart; see [`Page::write`].
+/// Writes the live page of what a run found of luminaires told apart; see [`Page::write`]. It begins with the levels of
+/// `optimum`, or as they are.
 pub fn write(
     scene: &Scene,
     matrix: &Influence,
@@ -37,7 +38,7 @@ pub fn write(
             name: known.name.clone(),
             group: known.group.clone(),
             outline: outline(luminaire, scene.centre),
-            level: level(number),
+            level: optimum.map_or(level(number), |answer| answer.levels[number]),
             least: known.supply.least,
             power: matrix.curve(number),
             off: matrix.power_of(number, 0.0),
