@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Outcome, print};
+use super::{Outcome, pool, print};
 use crate::check::{Case, cases, document};
 use crate::error::Error;
 
@@ -36,10 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         let titles: String = chosen.iter().map(|case| case.title() + "\n").collect();
         return print(&titles).map(|()| Outcome::Done);
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(arguments.threads.unwrap_or(0)))
-        .build()
-        .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
+    let pool = pool(arguments.threads)?;
     let folder = std::env::temp_dir().join(format!("luxmap-check-{}", std::process::id()));
     let mut rows = Vec::with_capacity(chosen.len());
     for case in &chosen {

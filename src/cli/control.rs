@@ -1,14 +1,14 @@
 //! `luxmap control`: a control loop in a room, step by step.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::influence::Found;
-use super::render::{self, stem};
-use super::{Include, Outcome, complain, influence, print, sentence};
+use super::render;
+use super::{Include, Outcome, complain, influence, print, results_folder, sentence};
 use crate::control::{Script, simulate};
 use crate::dimming::Influence;
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::report::Claim;
 use crate::report::control::{Simulation, json, table, write};
 use crate::scene::{Dimming, Scene};
@@ -65,11 +65,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let text = read(&arguments.script)?;
     let mut warnings = Vec::new();
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        let mut name = stem(&arguments.scene).into_os_string();
-        name.push("-control");
-        Path::new("out").join(name)
-    });
+    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "-control");
     let (influence, claim) = match &arguments.influence {
         Some(path) => {
             let influence = Influence::read(path)?;
@@ -116,11 +112,7 @@ fn computed(arguments: &Arguments, folder: &Path) -> Result<Found, Error> {
 /// The text of the script.
 fn read(path: &Path) -> Result<String, InputError> {
     let refuse = |found: String| InputError::new(Location::file(path), found, "a script of luxmap control, in TOML");
-    let metadata = fs::metadata(path).map_err(|error| {
-        refuse(if error.kind() == std::io::ErrorKind::NotFound { "no such file".into() } else { error.to_string() })
-    })?;
-    if !metadata.is_file() || metadata.len() > LARGEST {
-        return Err(refuse("no regular file of at most 16 MiB".into()));
-    }
-    fs::read_to_string(path).map_err(|error| refuse(error.to_string()))
+    let found = |error| if path.exists() { input::why(&error) } else { "no such file".into() };
+    let bytes = input::read(path, LARGEST).map_err(|error| refuse(found(error)))?;
+    String::from_utf8(bytes).map_err(|_| refuse("bytes that are no UTF-8".into()))
 }

@@ -1,10 +1,10 @@
 //! `luxmap converge`: error against run time.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::progress::Bar;
-use super::render::{choose_planes, method_parser, named, stem};
-use super::{Include, Outcome, complain, print};
+use super::render::{choose_planes, method_parser, named};
+use super::{Include, Outcome, complain, pool, print, results_folder};
 use crate::convergence::{Common, Study, ladder, reference};
 use crate::error::Error;
 use crate::render::Tree;
@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     scene.sensors.clear();
     scene.cameras.clear();
     let given = reference::given(&arguments.reference, &scene)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
+    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "");
     let _claim = Claim::of(&folder)?;
 
     let common = common(arguments, &scene);
@@ -86,10 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         &nearest(arguments, &scene),
         or(&arguments.passes, &[1]),
     );
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(arguments.threads.unwrap_or(0)))
-        .build()
-        .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
+    let pool = pool(arguments.threads)?;
     let bar = Bar::new(arguments.quiet);
     let study = pool.install(|| {
         let unused = common.seed.wrapping_sub(1);

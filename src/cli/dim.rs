@@ -7,7 +7,7 @@ use serde_json::json;
 use super::influence::Found;
 use super::render::{self, Job, layers};
 use super::signals::end_after_pass;
-use super::{Outcome, complain, influence, print};
+use super::{Outcome, complain, influence, print, results_folder};
 use crate::dimming::{Answer, Goal, Influence, Levels, page, solve};
 use crate::error::Error;
 use crate::render::Keeping;
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
     let options = &arguments.run;
-    let folder = influence::folder(options, "dim");
+    let folder = results_folder(options.output.as_ref(), &options.scene, "-dim");
     let (matrix, found) = match &arguments.influence {
         Some(path) => (Influence::read(path)?, None),
         None => {
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     if let Some(results) = &verified {
         written.extend(report::write(results, &folder, &layers(&options.layers))?);
     }
-    let full = matrix.power(&vec![1.0; matrix.luminaires.len()]);
+    let full = matrix.full_power();
     let about = [
         ("scene", json!(matrix.scene)),
         ("power", json!(answer.power)),
@@ -121,7 +121,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 fn sensors(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> serde_json::Value {
     let sensor = |number: usize| {
         let place = &matrix.sensors[number];
-        let reading = verified.and_then(|results| results.sensors.iter().find(|reading| reading.name == place.name));
+        let reading = verified.and_then(|results| results.sensor(&place.name));
         json!({
             "name": place.name,
             "target": place.target,
@@ -130,7 +130,7 @@ fn sensors(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> s
             "lux": matrix.illuminance(number, &answer.levels),
             "verified": reading.map(|reading| reading.illuminance + place.daylight),
             "verified_stderr": reading.map(|reading| reading.standard_error),
-            "most": matrix.illuminance(number, &vec![1.0; matrix.luminaires.len()]),
+            "most": matrix.most(number),
         })
     };
     (0..matrix.sensors.len()).map(sensor).collect()
@@ -141,7 +141,7 @@ fn sensors(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> s
 fn misses(matrix: &Influence, answer: &Answer, results: &Results) -> Vec<(usize, (f64, f64), f64)> {
     let reading = |number: &usize| {
         let place = &matrix.sensors[*number];
-        let (target, reading) = (place.target?, results.sensors.iter().find(|reading| reading.name == place.name)?);
+        let ([target, most], reading) = (place.band()?, results.sensor(&place.name)?);
         if answer.missed.iter().any(|missed| missed.sensor == *number) {
             return None;
         }
@@ -149,7 +149,6 @@ fn misses(matrix: &Influence, answer: &Answer, results: &Results) -> Vec<(usize,
         let rows = matrix.standard_error[*number].iter().zip(&answer.levels).map(|(error, level)| error * level);
         let error = reading.standard_error.hypot(rows.sum());
         let found = reading.illuminance + place.daylight;
-        let most = place.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance);
         let off = (target - found).max(found - most);
         (off > 3.0 * error + 1e-6 * target).then_some((*number, (found, reading.standard_error), off))
     };

@@ -1,10 +1,10 @@
 //! `luxmap influence`: which luminaire brings how much to which sensor.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::render::{self, Job, layers, stem};
+use super::render::{self, Job, layers};
 use super::signals::end_after_pass;
-use super::{Outcome, complain, print};
+use super::{Outcome, complain, print, results_folder};
 use crate::dimming::{Influence, page};
 use crate::error::Error;
 use crate::render::Keeping;
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let arguments = &arguments.run;
     end_after_pass();
-    let folder = folder(arguments, "influence");
+    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "-influence");
     let Found { claim: _claim, scene, influence, results } = found(arguments, &folder)?;
     let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
     written.extend(influence.write(&folder)?);
@@ -37,15 +37,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     Ok(Outcome::of_interruption())
-}
-
-/// Where results go: a folder beside that of a render.
-pub(super) fn folder(arguments: &render::Arguments, command: &str) -> PathBuf {
-    arguments.output.clone().unwrap_or_else(|| {
-        let mut name = stem(&arguments.scene).into_os_string();
-        name.push(format!("-{command}"));
-        Path::new("out").join(name)
-    })
 }
 
 /// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.

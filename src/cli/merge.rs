@@ -1,9 +1,9 @@
 //! `luxmap merge`: what several runs found, put together.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::render::{Job, layers, stem, write};
-use super::{Include, Outcome};
+use super::render::{Job, layers, write};
+use super::{Include, Outcome, results_folder};
 use crate::error::{Error, InputError, Location};
 use crate::render::Keeping;
 use crate::report::Claim;
@@ -54,11 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     let seed = words.passes.ranges().first().map_or(0, |range| range.seed);
     let job = Job::of_recipe(scene, &arguments.include, &words.recipe, seed)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        let mut name = stem(scene).into_os_string();
-        name.push("-merged");
-        Path::new("out").join(name)
-    });
+    let folder = results_folder(arguments.output.as_ref(), scene, "-merged");
     let _claim = Claim::of(&folder)?;
     let keeping = Keeping { checkpoint: arguments.state.as_deref(), states: &arguments.states, ..Default::default() };
     let Some(results) = job.run(arguments.threads, arguments.quiet, &keeping)? else { return Ok(Outcome::Done) };

@@ -83,6 +83,23 @@ enum Outcome {
     Interrupted,
 }
 
+/// Where results go: as asked, else `out/<scene>` with an `ending`.
+fn results_folder(asked: Option<&PathBuf>, scene: &Path, ending: &str) -> PathBuf {
+    asked.cloned().unwrap_or_else(|| {
+        let mut name = render::stem(scene).into_os_string();
+        name.push(ending);
+        Path::new("out").join(name)
+    })
+}
+
+/// So many threads; all where none is named.
+fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(usize::from(threads.unwrap_or(0)))
+        .build()
+        .map_err(|error| Error::Usage(format!("--threads: {error}")))
+}
+
 impl Outcome {
     /// Done, unless a signal has ended it.
     fn of_interruption() -> Self {

@@ -9,7 +9,7 @@ use clap::{Args as _, FromArgMatches as _};
 
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
-use super::{Include, Outcome, complain, print};
+use super::{Include, Outcome, complain, pool, print, results_folder};
 use crate::dimming::{Influence, Levels, influence, page};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
@@ -220,20 +220,19 @@ fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
 /// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the folder.
 fn prepare(arguments: &Arguments, leads: bool) -> Result<Prepared, Error> {
     let job = Job::of(arguments)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
+    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "");
     let claim = leads.then(|| Claim::of(&folder)).transpose()?;
     Ok(Prepared { job, folder, _claim: claim })
 }
 
 /// Renders with every luminaire told apart, and writes the page beside what is asked for.
 fn live(arguments: &Arguments) -> Result<Outcome, Error> {
-    let asked = |scene: &Scene| arguments.groups || scene.render.groups == Some(true);
     let (mut scene, load_seconds) = load(&arguments.scene, &arguments.include, &arguments.dimming()?)?;
-    let groups_asked = asked(&scene);
+    let groups_asked = arguments.groups || scene.render.groups == Some(true);
     let groups = influence::tell_apart(&mut scene);
     scene.render.groups = Some(true);
     let job = Job::of_scene(arguments, scene, load_seconds)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| Path::new("out").join(stem(&arguments.scene)));
+    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "");
     let _claim = Claim::of(&folder)?;
     let keeping = Keeping { checkpoint: arguments.checkpoint.as_deref(), ..Default::default() };
     let mut results = job.run(arguments.threads, arguments.quiet, &keeping)?.expect("who is alone leads");
@@ -371,10 +370,7 @@ impl Job {
         quiet: bool,
         keeping: &Keeping<'_>,
     ) -> Result<Option<Results>, Error> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads.unwrap_or(0)))
-            .build()
-            .map_err(|error| Error::Usage(format!("--threads: {error}")))?;
+        let pool = pool(threads)?;
         let bar = Bar::new(quiet);
         let Self { scene, plan, settings, most_cells, .. } = self;
         let results = pool.install(|| render_in_bands(scene, plan, settings, &bar, keeping, *most_cells))?;

@@ -2,7 +2,6 @@
 //! dimming: E = R d + daylight.
 
 use std::f64::consts::PI;
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::luminaire::{Distribution, Luminaire, Opening, Supply};
 use crate::report::{Results, file, invalid, npy};
 use crate::scene::Scene;
@@ -70,6 +70,14 @@ pub struct Place {
     pub daylight: f64,
 }
 
+impl Place {
+    /// Least and most E that is welcome there, lx; nothing where none is asked for.
+    pub fn band(&self) -> Option<[f64; 2]> {
+        let target = self.target?;
+        Some([target, self.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance)])
+    }
+}
+
 /// Makes each luminaire of a scene a light group of its own; returns the groups they were in.
 pub fn tell_apart(scene: &mut Scene) -> Vec<String> {
     let own = |luminaire: &mut Luminaire| std::mem::replace(&mut luminaire.group, luminaire.name.clone());
@@ -123,6 +131,16 @@ impl Influence {
         self.sensors[sensor].daylight + light.sum::<f64>()
     }
 
+    /// The same with every luminaire at full output: the most there can be.
+    pub fn most(&self, sensor: usize) -> f64 {
+        self.illuminance(sensor, &vec![1.0; self.luminaires.len()])
+    }
+
+    /// What all luminaires draw at full output.
+    pub fn full_power(&self) -> f64 {
+        self.power(&vec![1.0; self.luminaires.len()])
+    }
+
     /// Whether every luminaire's power is known.
     pub fn knows_power(&self) -> bool {
         self.luminaires.iter().all(|luminaire| luminaire.supply.power.is_some())
@@ -169,11 +187,7 @@ impl Influence {
         let refuse = |at: Location, found: String| {
             Error::Input(InputError::new(at, found, "an influence.json that luxmap influence has written"))
         };
-        let metadata = fs::metadata(path).map_err(|error| refuse(Location::file(path), error.to_string()))?;
-        if !metadata.is_file() || metadata.len() > LARGEST {
-            return Err(refuse(Location::file(path), "no regular file of at most 1 GiB".into()));
-        }
-        let text = fs::read(path).map_err(|error| refuse(Location::file(path), error.to_string()))?;
+        let text = input::read(path, LARGEST).map_err(|error| refuse(Location::file(path), input::why(&error)))?;
         let influence: Self = serde_json::from_slice(&text)
             .map_err(|error| refuse(Location::line(path, error.line().max(1)), error.to_string()))?;
         match influence.fault() {

@@ -1,12 +1,12 @@
 //! Dimming levels in a file: `{"dimming": {"L[1,1]": 0.42}}`, as `luxmap dim` and the live page write them.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
 use crate::error::{Error, InputError, Location};
+use crate::input;
 use crate::report::file;
 
 /// Largest file read, bytes.
@@ -34,11 +34,9 @@ impl Levels {
         let refuse = |at: Location, found: String, expected: &str| InputError::new(at, found, expected);
         let form = "levels from 0 to 1 by luminaire, as {\"dimming\": {\"L[1,1]\": 0.42}}";
         let whole = Location::file(path);
-        let size = fs::metadata(path).map_err(|error| refuse(whole.clone(), why(&error), form))?;
-        if !size.is_file() || size.len() > LARGEST {
-            return Err(refuse(whole, "no regular file of at most 64 MiB".into(), form).into());
-        }
-        let text = fs::read_to_string(path).map_err(|error| refuse(whole.clone(), why(&error), form))?;
+        let bytes = input::read(path, LARGEST).map_err(|error| refuse(whole.clone(), input::why(&error), form))?;
+        let text =
+            String::from_utf8(bytes).map_err(|_| refuse(whole.clone(), "bytes that are no UTF-8".into(), form))?;
         let value: Value = serde_json::from_str(&text)
             .map_err(|error| refuse(Location::line(path, error.line().max(1)), format!("no JSON ({error})"), form))?;
         let Some(levels) = value.get("dimming").and_then(Value::as_object) else {
@@ -74,13 +72,6 @@ impl Levels {
         content.insert("dimming".into(), Value::from_iter(self.of.clone()));
         let text = serde_json::to_string_pretty(&Value::Object(content)).expect("levels are numbers");
         file::write_whole(path, &mut |out| std::io::Write::write_all(out, format!("{text}\n").as_bytes()))
-    }
-}
-
-fn why(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "no such file".into(),
-        _ => error.to_string(),
     }
 }
 

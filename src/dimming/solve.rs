@@ -10,6 +10,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 
 use super::Influence;
 use crate::error::Error;
+use crate::luminaire::along;
 
 /// What to look for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,19 +78,17 @@ pub fn solve(influence: &Influence, goal: Goal) -> Result<Answer, Error> {
     }
     let mut search = Search::new(influence, &asked, goal);
     if search.run() {
-        return Ok(search.answer(Vec::new()));
+        return Ok(search.answer());
     }
     // Not all can be had: as little as possible is missing.
     search = Search { elastic: true, ..Search::new(influence, &asked, goal) };
     search.run();
-    let mut answer = search.answer(Vec::new());
-    let full = vec![1.0; influence.luminaires.len()];
+    let mut answer = search.answer();
     let missed = |&sensor: &usize| {
         let place = &influence.sensors[sensor];
-        let (reached, target) = (influence.illuminance(sensor, &answer.levels), place.target?);
-        let most = place.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance);
+        let (reached, [target, most]) = (influence.illuminance(sensor, &answer.levels), place.band()?);
         let met = reached >= target * (1.0 - ROUNDING) && reached <= most * (1.0 + ROUNDING);
-        (!met).then(|| Missed { sensor, reached, most: influence.illuminance(sensor, &full) })
+        (!met).then(|| Missed { sensor, reached, most: influence.most(sensor) })
     };
     answer.missed = asked.iter().filter_map(missed).collect();
     answer.bound = None;
@@ -192,15 +191,15 @@ impl<'a> Search<'a> {
     fn understated(&self, lamp: usize, range: &Range, level: f64) -> f64 {
         let least = self.curves[lamp][0][0];
         let hull = self.hull(lamp, range);
-        let relaxed = value(&hull, level);
+        let relaxed = along(&hull, level);
         match range {
             Range::Off => 0.0,
             Range::Free if level <= TINY => 0.0,
             // Between off and the lowest level there is nothing.
             Range::Free if level < least - TINY => {
-                self.weight * (value(&self.curves[lamp], least) - relaxed).abs() + 1e-3
+                self.weight * (along(&self.curves[lamp], least) - relaxed).abs() + 1e-3
             }
-            _ => self.weight * (value(&self.curves[lamp], level) - relaxed).max(0.0),
+            _ => self.weight * (along(&self.curves[lamp], level) - relaxed).max(0.0),
         }
     }
 
@@ -230,7 +229,7 @@ impl<'a> Search<'a> {
             Range::Free => std::iter::once([0.0, self.off[lamp]]).chain(curve.iter().copied()).collect(),
             Range::Between(low, high) => {
                 let inner = curve.iter().copied().filter(|[at, _]| *at > low + TINY && *at < high - TINY);
-                let [start, end] = [*low, *high].map(|at| [at, value(curve, at)]);
+                let [start, end] = [*low, *high].map(|at| [at, along(curve, at)]);
                 std::iter::once(start).chain(inner).chain([end]).collect()
             }
         };
@@ -278,10 +277,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let mut reach = 1.0_f64;
-        for &sensor in self.asked {
-            reach = reach.max(self.influence.lux[sensor].iter().map(|lux| lux.abs()).sum());
-        }
+        let reach = self.reach();
         for &sensor in self.asked {
             let (row, place) = (&self.influence.lux[sensor], &self.influence.sensors[sensor]);
             let target = place.target.unwrap_or(0.0) - place.daylight;
@@ -364,8 +360,8 @@ impl<'a> Search<'a> {
         }
         self.asked.iter().all(|&sensor| {
             let place = &self.influence.sensors[sensor];
-            let (found, target) = (self.influence.illuminance(sensor, levels), place.target.unwrap_or(0.0));
-            let most = place.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance);
+            let found = self.influence.illuminance(sensor, levels);
+            let [target, most] = place.band().unwrap_or([0.0, f64::INFINITY]);
             found >= target * (1.0 - ROUNDING) && found <= most * (1.0 + ROUNDING) + ROUNDING
         })
     }
@@ -375,9 +371,8 @@ impl<'a> Search<'a> {
         let power = self.weight * self.influence.power(levels);
         let apart = |&sensor: &usize| {
             let place = &self.influence.sensors[sensor];
-            let target = place.target.unwrap_or(0.0);
             let found = self.influence.illuminance(sensor, levels);
-            let most = place.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance);
+            let [target, most] = place.band().unwrap_or([0.0, f64::INFINITY]);
             match self.goal {
                 Goal::Closest => (found - target).powi(2),
                 Goal::LeastPower if self.elastic => {
@@ -395,21 +390,11 @@ impl<'a> Search<'a> {
         self.asked.iter().map(of).fold(1.0, f64::max)
     }
 
-    fn answer(self, missed: Vec<Missed>) -> Answer {
+    fn answer(self) -> Answer {
         let (_, levels) = self.best.unwrap_or_else(|| (0.0, vec![1.0; self.influence.luminaires.len()]));
         let power = self.influence.power(&levels);
         let bound = (self.goal == Goal::LeastPower).then(|| power.min(self.left / self.weight));
-        Answer { levels, power, bound, missed }
-    }
-}
-
-/// A curve of straight pieces at a level; beyond its ends as at them.
-fn value(points: &[[f64; 2]], level: f64) -> f64 {
-    let upper = points.partition_point(|[at, _]| *at < level).clamp(1, points.len().max(2) - 1);
-    match (points.get(upper - 1), points.get(upper)) {
-        (Some([a, from]), Some([b, to])) => from + (to - from) * ((level - a) / (b - a)).clamp(0.0, 1.0),
-        (Some([_, only]), None) => *only,
-        _ => 0.0,
+        Answer { levels, power, bound, missed: Vec::new() }
     }
 }
 

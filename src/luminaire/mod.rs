@@ -19,6 +19,7 @@ use self::web::Measured;
 use crate::units::Lumens;
 pub use groups::LightGroups;
 pub use supply::Supply;
+pub(crate) use supply::along;
 
 /// A luminaire, or a material of the mesh that emits.
 #[derive(Clone, Debug)]

@@ -29,9 +29,17 @@ impl Supply {
         if level <= 0.0 {
             return Some(self.off);
         }
-        let upper = points.partition_point(|[at, _]| *at < level).clamp(1, points.len() - 1);
-        let ([a, from], [b, to]) = (points[upper - 1], points[upper]);
-        Some(from + (to - from) * ((level - a) / (b - a)).clamp(0.0, 1.0))
+        Some(along(points, level))
+    }
+}
+
+/// A curve of straight pieces at a level; beyond its ends as at them.
+pub(crate) fn along(points: &[[f64; 2]], level: f64) -> f64 {
+    let upper = points.partition_point(|[at, _]| *at < level).clamp(1, points.len().max(2) - 1);
+    match (points.get(upper - 1), points.get(upper)) {
+        (Some([a, from]), Some([b, to])) => from + (to - from) * ((level - a) / (b - a)).clamp(0.0, 1.0),
+        (Some([_, only]), None) => *only,
+        _ => 0.0,
     }
 }
 

@@ -8,7 +8,6 @@ use crate::dimming::{Answer, Influence};
 /// Of each sensor: what it reads with all luminaires at full output, and which of them bring most of that.
 pub fn influence(matrix: &Influence) -> String {
     let count = matrix.luminaires.len();
-    let full = vec![1.0; count];
     let mut lines =
         vec![format!("{}: influence of {count} luminaires on {} sensors", matrix.scene, matrix.sensors.len())];
     lines.push(String::new());
@@ -35,7 +34,7 @@ pub fn influence(matrix: &Influence) -> String {
         let candela = order.first().and_then(|&lamp| Some(lux[lamp] / matrix.luminaires[lamp].candela?));
         [
             place.name.clone(),
-            short(matrix.illuminance(sensor, &full) - place.daylight),
+            short(matrix.most(sensor) - place.daylight),
             short(place.daylight),
             name(0),
             of(0, lux),
@@ -54,7 +53,7 @@ pub fn influence(matrix: &Influence) -> String {
 /// Levels found, what they reach and what they save.
 pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> String {
     let unit = matrix.power_unit();
-    let full = matrix.power(&vec![1.0; matrix.luminaires.len()]);
+    let full = matrix.full_power();
     let saved = if full > 0.0 { 1.0 - answer.power / full } else { 0.0 };
     let mut lines = vec![
         format!("{}: {} luminaires, {} sensors", matrix.scene, matrix.luminaires.len(), matrix.sensors.len()),
@@ -75,7 +74,7 @@ pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) 
     let head = ["sensor", "target, lx", "E by R, lx", "E verified, lx", "σ, lx", "at full output, lx"];
     let row = |number: usize| {
         let place = &matrix.sensors[number];
-        let reading = verified.and_then(|results| results.sensors.iter().find(|reading| reading.name == place.name));
+        let reading = verified.and_then(|results| results.sensor(&place.name));
         let read =
             |value: &dyn Fn(&SensorReading) -> f64| reading.map_or_else(|| "–".into(), |reading| short(value(reading)));
         let target = match (place.target, place.tolerance) {
@@ -88,7 +87,7 @@ pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) 
             short(matrix.illuminance(number, &answer.levels)),
             read(&|reading| reading.illuminance + place.daylight),
             read(&|reading| reading.standard_error),
-            short(matrix.illuminance(number, &vec![1.0; matrix.luminaires.len()])),
+            short(matrix.most(number)),
         ]
     };
     lines.extend(columns(head, (0..matrix.sensors.len()).map(row)));

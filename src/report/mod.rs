@@ -367,6 +367,11 @@ impl GroupMap {
 }
 
 impl Results {
+    /// What a sensor reads, by its name.
+    pub fn sensor(&self, name: &str) -> Option<&SensorReading> {
+        self.sensors.iter().find(|reading| reading.name == name)
+    }
+
     /// Whether a sensor misses its target, or an area what is required of it.
     pub fn misses_target(&self) -> bool {
         let areas = self.maps.iter().flat_map(|map| &map.areas);
