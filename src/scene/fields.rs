@@ -139,6 +139,11 @@ impl<'a> Fields<'a> {
         InputError::new(self.at.clone(), format!("{} without {key}", self.section), format!("{key} = {example}"))
     }
 
+    /// Its name, as the user writes it.
+    pub(crate) fn section(&self) -> &str {
+        &self.section
+    }
+
     /// Its keys, in the order of the file.
     pub(crate) fn keys(&self) -> Vec<&'a str> {
         let mut keys: Vec<_> = self.table.keys().collect();
@@ -350,6 +355,16 @@ impl<'a> Fields<'a> {
     /// The value as `opening` takes it: a word, or a table.
     pub(crate) fn is_text(&self, key: &str) -> bool {
         matches!(self.get(key), Some((_, value)) if matches!(value.get_ref(), DeValue::String(_)))
+    }
+
+    /// Whether the value is a table.
+    pub(crate) fn is_table(&self, key: &str) -> bool {
+        matches!(self.get(key), Some((_, value)) if matches!(value.get_ref(), DeValue::Table(_)))
+    }
+
+    /// Whether the section has this key.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
     }
 
     /// A refusal of what `key` says, in the words of the file.

@@ -7,6 +7,7 @@ use toml::de::DeTable;
 
 use super::areas::areas;
 use super::fields::{FARTHEST, Fields, Placed, Source, plain, quoted};
+use super::glazing::{Curve, Glazing};
 use super::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS, MOST_SENSORS};
 use super::material::{Dielectric, Sides};
 use super::measure::{Measure, measure};
@@ -69,6 +70,7 @@ pub(crate) struct MaterialSection {
     pub(crate) transmittance: Option<Placed<[f64; 3]>>,
     pub(crate) sides: Sides,
     pub(crate) dielectric: Option<Dielectric>,
+    pub(crate) glazing: Option<Glazing>,
 }
 
 /// A `[[luminaire]]`.
@@ -196,7 +198,8 @@ fn materials(source: &Source, top: &Fields) -> Result<Vec<MaterialSection>, Inpu
 }
 
 fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Result<MaterialSection, InputError> {
-    const KNOWN: [&str; 6] = ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric"];
+    const KNOWN: [&str; 7] =
+        ["reflectance", "specular", "roughness", "transmittance", "sides", "dielectric", "glazing"];
     const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
     let section = format!("[material.{}]", plain(name));
     let fields = Fields::new(source, section, at.clone(), table, &KNOWN)?;
@@ -215,13 +218,69 @@ fn material(source: &Source, name: &str, at: Location, table: &DeTable) -> Resul
         let error = fields.refusal("sides", "\"two\" where there is a transmittance");
         return Err(error.hint("a sheet that light passes has two sides"));
     }
-    let dielectric = dielectric(&fields)?;
-    if dielectric.is_some() && table.len() > 1 {
-        let error = fields.refusal("dielectric", "no other key beside it");
-        return Err(error.hint("what glass reflects follows from its ior"));
+    let (dielectric, glazing) = (dielectric(&fields)?, glazing(&fields)?);
+    for (key, hint) in [("dielectric", "what glass reflects follows from its ior"), ("glazing", OWN_REFLECTANCE)] {
+        if fields.has(key) && table.len() > 1 {
+            return Err(fields.refusal(key, "no other key beside it").hint(hint));
+        }
     }
     let name = name.to_owned();
-    Ok(MaterialSection { name, at, reflectance, specular, roughness, transmittance, sides, dielectric })
+    Ok(MaterialSection { name, at, reflectance, specular, roughness, transmittance, sides, dielectric, glazing })
+}
+
+const OWN_REFLECTANCE: &str = "a pane has its own: glazing = { transmittance = 0.7, reflectance = 0.2 }";
+
+fn glazing(fields: &Fields) -> Result<Option<Glazing>, InputError> {
+    const FORM: &str =
+        "a number from 0 to 1, three as [r, g, b], or { transmittance = 0.88 } with reflectance and curve";
+    const SHARE: &str = "a number from 0 to 1, or three as [r, g, b]";
+    if !fields.has("glazing") {
+        return Ok(None);
+    }
+    if !fields.is_table("glazing") {
+        let share = fields.channels("glazing", FORM).map_err(|error| error.hint("a clear pane: about 0.88"))?;
+        return Ok(share.map(|share| Glazing::clear(share.value)));
+    }
+    let Some(pane) = fields.table("glazing", FORM, &["transmittance", "reflectance", "curve"])? else {
+        return Ok(None);
+    };
+    let curve = curve(&pane)?;
+    let transmittance = pane.channels("transmittance", SHARE)?.map(|share| share.value);
+    let Some(transmittance) = transmittance.or_else(|| Some([curve.at_normal()?; 3])) else {
+        return Err(pane.missing("transmittance", "0.88, that at normal incidence"));
+    };
+    let reflectance = pane.channels("reflectance", SHARE)?;
+    let glazing = Glazing::new(transmittance, reflectance.as_ref().map(|share| share.value), curve);
+    let sums = [0, 1, 2].map(|channel| glazing.transmittance[channel] + glazing.reflectance[channel]);
+    match (sums.iter().find(|&&sum| sum > 1.0 + 1e-9), reflectance) {
+        (Some(sum), Some(Placed { at, .. })) => {
+            let found = format!("transmittance + reflectance = {sum} in {}", fields.section());
+            Err(InputError::new(at, found, "at most 1 in each channel"))
+        }
+        _ => Ok(Some(glazing)),
+    }
+}
+
+/// How a pane's transmittance falls with the angle of incidence.
+fn curve(pane: &Fields) -> Result<Curve, InputError> {
+    const FORM: &str = "\"clear\", \"cie171\", or [angle, transmittance] pairs with angles from 0 up to 90, as in \
+                        [[0, 0.8], [60, 0.65], [90, 0]]";
+    if pane.is_text("curve") {
+        let word = pane.word("curve", &["clear", "cie171"])?;
+        return Ok(if word.is_some_and(|word| word.value == "cie171") { Curve::Cie171 } else { Curve::Clear });
+    }
+    if !pane.has("curve") {
+        return Ok(Curve::Clear);
+    }
+    let Some(Placed { value: points, .. }) = pane.pairs("curve", FORM, |n| (0.0..=90.0).contains(&n))? else {
+        return Err(pane.refusal("curve", FORM));
+    };
+    let ascending = points.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+    let from_normal = points.first().is_some_and(|first| first[0] == 0.0 && first[1] > 0.0);
+    if !ascending || !from_normal || points.iter().any(|point| point[1] > 1.0) {
+        return Err(pane.refusal("curve", FORM));
+    }
+    Ok(Curve::Table(points))
 }
 
 fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {

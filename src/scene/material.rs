@@ -1,4 +1,4 @@
-//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, glass.
+//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, clear sheet, solid of glass.
 //!
 //! Every share is that of the light that arrives, at any angle and in every channel: `reflectance` + `specular` +
 //! `transmittance` ≤ 1, and the rest is absorbed. All surfaces are reciprocal (lamp and meter may change places).
@@ -15,7 +15,9 @@
 //! reflectance = 0.8
 //! sides = "one"                         # the back absorbs all; "two" (default): both sides are alike
 //! [material.pane]
-//! dielectric = { ior = 1.5, absorption = [4.0, 1.0, 3.0] }   # 1/m, a number or [r, g, b]
+//! glazing = 0.88                        # a thin sheet of clear glass; see [`glazing`](super::glazing)
+//! [material.lens]
+//! dielectric = { ior = 1.5, absorption = [4.0, 1.0, 3.0] }   # a solid of glass; 1/m, a number or [r, g, b]
 //! ```
 //!
 //! A rough mirror reflects `specular` of the light at every angle, whatever its roughness: Fresnel's rise towards grazing
@@ -24,6 +26,10 @@
 //! From MTL files come `Kd` (reflectance; times the mean colour of `map_Kd`, if it names a PNG or JPEG file), `Ks` with
 //! `illum` 3 or 5 (specular), `Ni` with `illum` 4, 6 or 7 (dielectric) and `Ke` (luminance, cd/m²). `Tf` only tells that
 //! light passes: it belongs to no thickness, so it can't become an absorption. The rest is left out.
+
+use std::sync::Arc;
+
+use super::glazing::Glazing;
 
 /// Rough mirrors below this GGX α reflect as sharply as perfect ones: what they throw is a caustic, and left to photons.
 /// Above, rays find it.
@@ -46,6 +52,10 @@ pub struct Material {
     pub sides: Sides,
     /// Smooth glass: overrides all of the above.
     pub dielectric: Option<Dielectric>,
+    /// A thin sheet of clear glass: overrides all of the above.
+    pub glazing: Option<Arc<Glazing>>,
+    /// What the back is, where that is another material: one without a back of its own, opaque as the front is.
+    pub back: Option<Arc<Material>>,
 }
 
 /// On which sides a material is what it says.
@@ -78,17 +88,31 @@ impl Material {
             transmittance: [0.0; 3],
             sides: Sides::Two,
             dielectric: None,
+            glazing: None,
+            back: None,
         }
     }
 
-    /// Whether a mirror, perfect or rough, is part of it.
+    /// The front, and the back where that is another material.
+    fn faces(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(self.back.as_deref())
+    }
+
+    /// Whether a mirror, perfect or rough, is part of its front.
     pub fn mirrors(&self) -> bool {
         self.specular.iter().any(|&part| part > 0.0)
     }
 
     /// Whether light leaves this surface in a mirrored or refracted direction, or nearly so: what makes caustics.
     pub fn is_specular(&self) -> bool {
-        self.dielectric.is_some() || (self.mirrors() && self.roughness < SHARP)
+        let pane = self.glazing.as_ref().is_some_and(|pane| pane.reflectance != [0.0; 3]);
+        let sharp = |face: &Self| face.mirrors() && face.roughness < SHARP;
+        pane || self.dielectric.is_some() || self.faces().any(sharp)
+    }
+
+    /// Whether light passes it, straight or refracted.
+    pub fn is_clear(&self) -> bool {
+        self.dielectric.is_some() || self.glazing.is_some()
     }
 
     /// Whether light leaves its other side by Lambert's law.
@@ -98,18 +122,20 @@ impl Material {
 
     /// Whether light leaves this surface by Lambert's law, on either side.
     pub fn is_diffuse(&self) -> bool {
-        self.is_translucent() || self.reflectance.iter().any(|&part| part > 0.0)
+        self.is_translucent() || self.faces().any(|face| face.reflectance.iter().any(|&part| part > 0.0))
     }
 
     /// Whether no light leaves this surface at all.
     pub fn is_black(&self) -> bool {
-        self.dielectric.is_none() && !self.mirrors() && !self.is_diffuse()
+        !self.is_clear() && !self.is_diffuse() && !self.faces().any(Self::mirrors)
     }
 
     /// Whether the three channels differ anywhere.
     pub fn is_coloured(&self) -> bool {
         let absorption = self.dielectric.map_or([0.0; 3], |glass| glass.absorption);
+        let pane = self.glazing.as_ref().map_or([[0.0; 3]; 2], |pane| [pane.transmittance, pane.reflectance]);
         let differ = |rgb: &[f64; 3]| rgb[0] != rgb[1] || rgb[1] != rgb[2];
-        [self.reflectance, self.specular, self.transmittance, absorption].iter().any(differ)
+        let own = |face: &Self| [face.reflectance, face.specular, face.transmittance].iter().any(differ);
+        self.faces().any(own) || [absorption, pane[0], pane[1]].iter().any(differ)
     }
 }

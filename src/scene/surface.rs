@@ -1,5 +1,7 @@
 //! What a material is in the end: the scene file's word first, then the MTL's.
 
+use std::sync::Arc;
+
 use super::fields::{Placed, listed, quoted};
 use super::file::MaterialSection;
 use super::material::{Dielectric, Material, Sides};
@@ -18,7 +20,9 @@ pub(crate) fn texture<'a>(
     section: Option<&MaterialSection>,
     mtl: Option<&'a MtlMaterial>,
 ) -> Option<&'a Placed<String>> {
-    let told = section.is_some_and(|section| section.reflectance.is_some() || section.dielectric.is_some());
+    let told = section.is_some_and(|section| {
+        section.reflectance.is_some() || section.dielectric.is_some() || section.glazing.is_some()
+    });
     let glass = |mtl: &MtlMaterial| mtl.is_glass() && says_nothing(section);
     mtl.filter(|mtl| !(told || glass(mtl)))?.texture.as_ref()
 }
@@ -26,7 +30,8 @@ pub(crate) fn texture<'a>(
 /// Whether the scene file leaves it to the MTL what becomes of light.
 fn says_nothing(section: Option<&MaterialSection>) -> bool {
     section.is_none_or(|section| {
-        section.reflectance.is_none() && section.specular.is_none() && section.transmittance.is_none()
+        let told = [&section.reflectance, &section.specular, &section.transmittance];
+        told.iter().all(|share| share.is_none()) && section.glazing.is_none()
     })
 }
 
@@ -41,6 +46,9 @@ pub(crate) fn resolve(
 ) -> Result<Option<Surface>, InputError> {
     let luminance = mtl.map(|mtl| luminance(name, mtl)).transpose()?.flatten();
     let black = Material::black(name);
+    if let Some(pane) = section.and_then(|section| section.glazing.clone()) {
+        return Ok(Some(Surface { material: Material { glazing: Some(Arc::new(pane)), ..black }, luminance }));
+    }
     let glass = match (section, mtl) {
         (Some(MaterialSection { dielectric: Some(glass), .. }), _) => Some(*glass),
         (section, Some(mtl)) if says_nothing(section) => glass(name, mtl, warnings)?,
