@@ -36,7 +36,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::scene::Mesh;
+use crate::scene::glazing::Curves;
+use crate::scene::{Material, Mesh};
 
 /// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of `f32`
 /// numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1 in 1000
@@ -44,6 +45,8 @@ use crate::scene::Mesh;
 pub(crate) const RELATIVE_OFFSET: f32 = 1e-6;
 /// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least.
 const EXTENT_FLOOR: f32 = 0.01;
+/// Panes that a ray passes; behind more of them next to nothing is left of the light.
+const MOST_PANES: u32 = 256;
 /// Embree leaves out triangles with a coordinate beyond 1.844e18.
 const LARGEST_COORDINATE: f32 = 1e18;
 
@@ -63,6 +66,8 @@ pub struct RayCaster {
     smallest_coordinate: f32,
     /// The mesh's largest, m.
     largest_coordinate: f32,
+    /// Of each material that is a pane its transmittance; empty where there is none.
+    panes: Vec<Option<Arc<Curves>>>,
 }
 
 /// Where a ray met a surface.
@@ -108,7 +113,29 @@ impl RayCaster {
         });
         let largest = mesh.vertices.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
         let planes = planes.collect();
-        Ok(Self { scene, device, buffers, planes, smallest_coordinate: smallest, largest_coordinate: largest })
+        let (smallest_coordinate, largest_coordinate, panes) = (smallest, largest, Vec::new());
+        Ok(Self { scene, device, buffers, planes, smallest_coordinate, largest_coordinate, panes })
+    }
+
+    /// The same, knowing which of the mesh's materials are panes that light passes straight.
+    pub fn with_panes(mut self, materials: &[Material]) -> Self {
+        let curves = |material: &Material| material.glazing.as_ref().map(|pane| Arc::new(Curves::of(pane)));
+        self.panes = materials.iter().map(curves).collect();
+        if self.panes.iter().all(Option::is_none) {
+            self.panes.clear();
+        }
+        self
+    }
+
+    /// Transmittance of a material that is a pane.
+    #[inline]
+    pub(crate) fn pane(&self, material: u32) -> Option<&Curves> {
+        self.panes.get(material as usize)?.as_deref()
+    }
+
+    /// Whether any material is a pane.
+    pub(crate) fn has_panes(&self) -> bool {
+        !self.panes.is_empty()
     }
 
     /// First surface met from `origin` (m) along the unit vector `direction`, no farther than `max_distance` (m).
@@ -134,6 +161,40 @@ impl RayCaster {
         // SAFETY: the scene is committed for as long as `self` lives.
         unsafe { sys::occluded(self.scene.0, &mut query) };
         query.tfar == f32::NEG_INFINITY // Embree's sign for "something was hit"
+    }
+
+    /// Share of light of each channel (linear Rec. 709) that passes straight from `origin` (m) to the point `max_distance` (m)
+    /// away along the unit vector `direction`: 0 where something opaque is in between, 1 where nothing is. Cost: that of
+    /// [`is_occluded`](Self::is_occluded), and behind panes a [`closest_hit`](Self::closest_hit) each.
+    #[inline]
+    pub fn transmittance(&self, origin: Vec3, direction: Vec3, max_distance: f32) -> [f32; 3] {
+        if !self.is_occluded(origin, direction, max_distance) {
+            return [1.0; 3];
+        }
+        if self.panes.is_empty() {
+            return [0.0; 3];
+        }
+        let (opaque, passed) = self.through_panes(origin, direction, max_distance);
+        if opaque.is_some() { [0.0; 3] } else { passed }
+    }
+
+    /// First surface met that is not a pane, and the share of light that the panes before it let pass.
+    pub(crate) fn through_panes(
+        &self,
+        mut origin: Vec3,
+        direction: Vec3,
+        max_distance: f32,
+    ) -> (Option<Hit>, [f32; 3]) {
+        let (mut left, mut passed) = (max_distance, [1.0; 3]);
+        for _ in 0..MOST_PANES {
+            let Some(hit) = self.closest_hit(origin, direction, left) else { return (None, passed) };
+            let Some(curves) = self.pane(hit.material) else { return (Some(hit), passed) };
+            let [through, _] = curves.at(direction.dot(hit.normal));
+            (0..3).for_each(|c| passed[c] *= through[c]);
+            left -= hit.distance;
+            origin = hit.leave(direction);
+        }
+        (None, [0.0; 3])
     }
 
     /// A point (m) of a surface, moved off it along its unit `normal` as [`Hit::leave`] would. `largest_coordinate` (m) is

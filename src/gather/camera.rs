@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::caustics::{CausticMap, Scratch};
-use super::sight::{Last, Records, Sight};
+use super::sight::{Last, Records, Sight, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::photon::flux::Flux;
 use crate::photon::media::Media;
@@ -122,10 +122,21 @@ impl<const C: usize> Eye<'_, C> {
         let mut luminance = [0.0; C];
         let (mut weight, mut absorption) = (Flux([1.0; C]), [0.0; C]);
         let (mut media, mut last) = (Media::AIR, Last::Mirror);
+        // Distance flown before panes that the ray passed since it left anything else, m.
+        let mut before_panes = 0.0;
         for _ in 0..DEEPEST {
             weight = weight.filtered(absorption.map(|per_metre: f32| (-per_metre * hit.distance).exp()));
+            hit.distance += before_panes;
+            before_panes = 0.0;
             let normal = facing(&hit, direction);
             match self.sight.surface(&hit) {
+                Surface::Pane(curves) => match cross_pane(curves, direction, normal, weight, draw.stream) {
+                    Some((true, left)) => (weight, before_panes) = (left, hit.distance),
+                    Some((false, left)) => {
+                        (weight, direction, last) = (left, mirror(direction, normal), Last::Mirror);
+                    }
+                    None => break,
+                },
                 Surface::Glass { .. } => {
                     let front = direction.dot(hit.normal) < 0.0;
                     let ratio = media.ratio(self.sight.surfaces(), hit.material, front);
@@ -193,9 +204,8 @@ impl<const C: usize> Eye<'_, C> {
 }
 
 /// What a surface does with light on the side that a ray along `direction` met.
-fn seen_layers<const C: usize>(surface: Surface<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
-    let layers = surface.layers();
-    if layers.one_sided && direction.dot(hit.normal) >= 0.0 { Layers::black() } else { layers }
+fn seen_layers<const C: usize>(surface: &Surface<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
+    surface.layers(direction.dot(hit.normal) < 0.0)
 }
 
 /// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction in
@@ -220,14 +230,19 @@ fn through_glass<const C: usize>(
 ) -> Option<(Hit, Vec3)> {
     let mut media = Media::AIR;
     for _ in 0..DEEPEST {
-        let Surface::Glass { .. } = sight.surface(&hit) else { return Some((hit, direction)) };
         let (front, normal) = (direction.dot(hit.normal) < 0.0, facing(&hit, direction));
-        direction = match refract(direction, normal, media.ratio(sight.surfaces(), hit.material, front)) {
-            Some((onward, _)) => {
-                media = media.beyond(hit.material, front);
-                onward
+        direction = match sight.surface(&hit) {
+            Surface::Pane(_) => direction,
+            Surface::Glass { .. } => {
+                match refract(direction, normal, media.ratio(sight.surfaces(), hit.material, front)) {
+                    Some((onward, _)) => {
+                        media = media.beyond(hit.material, front);
+                        onward
+                    }
+                    None => mirror(direction, normal),
+                }
             }
-            None => mirror(direction, normal),
+            _ => return Some((hit, direction)),
         };
         *rays += 1;
         hit = caster.closest_hit(hit.leave(direction), direction, f32::INFINITY)?;

@@ -214,7 +214,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             let weight = lamp.times * leaving * receive(&aim) / (distance * distance);
             if weight > 0.0 && weight.is_finite() {
                 let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
-                if self.uneven && self.caster.is_occluded(from, direction, reach) {
+                if self.uneven && self.caster.transmittance(from, direction, reach) == [0.0; 3] {
                     continue;
                 }
                 whole += weight;
@@ -225,10 +225,16 @@ impl<'a, const C: usize> Lamps<'a, C> {
         }
         let (which, direction, reach) = chosen?;
         let lamp = &self.lamps[which];
-        if !self.uneven && self.caster.is_occluded(from, direction, reach) {
+        let passed = self.caster.transmittance(from, direction, reach);
+        if passed == [0.0; 3] {
             return None;
         }
         let lux = self.flux * std::f32::consts::FRAC_1_PI * whole / self.candidates as f32;
-        Some(Aimed { direction, lux: lamp.colour.map(|channel| channel * lux), luminaire: which as u32 })
+        let mut lux = lamp.colour.map(|channel| channel * lux);
+        if passed != [1.0; 3] {
+            let passed = channels::<C>(passed.map(f64::from));
+            (0..C).for_each(|c| lux[c] *= passed[c] as f32);
+        }
+        Some(Aimed { direction, lux, luminaire: which as u32 })
     }
 }

@@ -36,7 +36,7 @@ pub struct Reach<'a> {
 impl<'a> Reach<'a> {
     /// Prepares the question for a scene; casts about 3·10⁴ rays.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
-        let clear = scene.materials.iter().map(|material: &Material| material.dielectric.is_some()).collect();
+        let clear = scene.materials.iter().map(Material::is_clear).collect();
         let mut reach = Self {
             caster,
             fronts: scene.luminaires.iter().map(Front::of).collect(),

@@ -22,9 +22,10 @@ use crate::photon::flux::{Flux, channels, photometric};
 use crate::photon::media::Media;
 use crate::photon::random::Stream;
 use crate::photon::rough::Microsurface;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
+use crate::photon::surface::{Gloss, Layers, Surface, mirror, pane_shares, refract};
 use crate::photon::trace::BOUNCE_CAP;
 use crate::scene::Scene;
+use crate::scene::glazing::Curves;
 
 /// A path goes on with this many times the chance that what it still brings is worth: 1.6 to 2 times as efficient as
 /// once, in an office.
@@ -241,8 +242,8 @@ impl<'a, const C: usize> Sight<'a, C> {
     }
 
     /// What a hit surface does with light.
-    pub(super) fn surface(&self, hit: &Hit) -> Surface<C> {
-        self.surfaces[hit.material as usize]
+    pub(super) fn surface(&self, hit: &Hit) -> &Surface<C> {
+        &self.surfaces[hit.material as usize]
     }
 
     /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
@@ -278,6 +279,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point
         // is one that photons take as a caustic, until it meets a diffuse surface.
         let (mut bounced, mut caustic) = (false, false);
+        // Distance flown before panes that the ray passed since it left anything else, m.
+        let mut before_panes = 0.0;
         let mut add = |weight: Flux<C>, lux: [f32; C]| {
             let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
             (0..C).for_each(|c| found[c] += part[c]);
@@ -285,13 +288,23 @@ impl<'a, const C: usize> Sight<'a, C> {
         };
         for _ in 0..BOUNCE_CAP {
             *rays += 1;
-            let Some(hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
+            let Some(mut hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
             if absorption.iter().any(|&per_metre| per_metre > 0.0) {
                 weight = weight.filtered(absorption.map(|per_metre| (-per_metre * hit.distance).exp()));
             }
             let front = direction.dot(hit.normal) < 0.0;
             let facing = if front { hit.normal } else { -hit.normal };
-            match self.surfaces[hit.material as usize] {
+            hit.distance += before_panes;
+            before_panes = 0.0;
+            match &self.surfaces[hit.material as usize] {
+                Surface::Pane(curves) => match cross_pane(curves, direction, hit.normal, weight, stream) {
+                    Some((true, left)) => (weight, before_panes) = (left, hit.distance),
+                    Some((false, left)) => {
+                        (weight, direction) = (left, mirror(direction, facing));
+                        (last, caustic) = (Last::Mirror, true);
+                    }
+                    None => break,
+                },
                 Surface::Glass { .. } => {
                     let ratio = media.ratio(&self.surfaces, hit.material, front);
                     direction = match refract(direction, facing, ratio) {
@@ -305,7 +318,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                     (last, caustic) = (Last::Mirror, true);
                 }
                 surface => {
-                    let Layers { diffuse, transmitted, specular, rough, one_sided } = surface.layers();
+                    let Layers { diffuse, transmitted, specular, rough } = surface.layers(front);
                     if (bounced || !caustic || self.caustics)
                         && let Some(glow) = self.glow(hit.triangle)
                         && let Some(times) = self.brightness(glow, direction, front)
@@ -318,9 +331,6 @@ impl<'a, const C: usize> Sight<'a, C> {
                             let left = self.left_to(glow, Last::Diffuse, direction, &hit);
                             (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(exitance[c]));
                         }
-                    }
-                    if one_sided && !front {
-                        break;
                     }
                     let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
                     let passed = weight.filtered(transmitted);
@@ -451,4 +461,25 @@ impl<'a, const C: usize> Sight<'a, C> {
     fn glow(&self, triangle: u32) -> Option<&Glow<C>> {
         self.glow.binary_search_by_key(&triangle, |glow| glow.triangle).ok().map(|index| &self.glow[index])
     }
+}
+
+/// Whether a ray that meets a pane passes it or is mirrored, by what either way still brings, and its weight from there on;
+/// nothing where neither brings anything.
+#[inline]
+pub(super) fn cross_pane<const C: usize>(
+    curves: &Curves,
+    direction: Vec3,
+    normal: Vec3,
+    weight: Flux<C>,
+    stream: &mut Stream,
+) -> Option<(bool, Flux<C>)> {
+    let [passed, mirrored] = pane_shares::<C>(curves, direction, normal).map(|shares| weight.filtered(shares));
+    let (to_pass, to_mirror) = (passed.brightest(), mirrored.brightest());
+    let any = to_pass + to_mirror;
+    if any <= 0.0 {
+        return None;
+    }
+    let passes = stream.uniform() * any < to_pass;
+    let (left, share) = if passes { (passed, to_pass) } else { (mirrored, to_mirror) };
+    Some((passes, left.scaled(any / share)))
 }

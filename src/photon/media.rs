@@ -25,7 +25,7 @@ impl Media {
     /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they disagree,
     /// as about a sheet that encloses nothing, the point is in the air.
     pub(crate) fn around<const C: usize>(point: Vec3, caster: &RayCaster, surfaces: &[Surface<C>]) -> Self {
-        if surfaces.iter().all(Surface::is_landed_on) {
+        if !surfaces.iter().any(Surface::bounds_glass) {
             return Self::AIR;
         }
         let axes = [Vec3::new(0.48, 0.6, 0.64), Vec3::new(-0.64, 0.0, 0.768_374_9), Vec3::new(0.28, -0.96, 0.0)];
@@ -53,7 +53,7 @@ impl Media {
         let (mut entered, mut left): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
         for _ in 0..MOST_SURFACES {
             let Some(hit) = caster.closest_hit(origin, direction, f32::INFINITY) else { break };
-            if !surfaces[hit.material as usize].is_landed_on() {
+            if surfaces[hit.material as usize].bounds_glass() {
                 if direction.dot(hit.normal) < 0.0 {
                     entered.push(hit.material);
                 } else if let Some(at) = entered.iter().rposition(|&material| material == hit.material) {
@@ -84,8 +84,8 @@ impl Media {
     /// Absorption coefficient of the innermost, 1/m.
     #[inline]
     pub(crate) fn absorption<const C: usize>(self, surfaces: &[Surface<C>]) -> [f32; C] {
-        match self.innermost().map(|material| surfaces[material as usize]) {
-            Some(Surface::Glass { absorption, .. }) => absorption,
+        match self.innermost().map(|material| &surfaces[material as usize]) {
+            Some(&Surface::Glass { absorption, .. }) => absorption,
             _ => [0.0; C],
         }
     }

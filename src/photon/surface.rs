@@ -1,4 +1,6 @@
-//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, glass.
+//! What a surface does with light: Lambertian, mirror, rough mirror, translucent sheet, clear pane, glass.
+
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -6,14 +8,25 @@ use super::flux::{Flux, channels};
 use super::random::Stream;
 use super::rough::Microsurface;
 use crate::scene::Material;
-use crate::scene::material::Sides;
+use crate::scene::glazing::Curves;
+use crate::scene::material::{SHARP, Sides};
 
 /// A surface, in the channels of this run. Most surfaces are the first kind, so it knows nothing of the others.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Surface<const C: usize> {
-    Opaque { diffuse: [f32; C], specular: [f32; C] },
+    Opaque {
+        diffuse: [f32; C],
+        specular: [f32; C],
+    },
     Layered(Layers<C>),
-    Glass { ior: f32, absorption: [f32; C] },
+    /// Front and back.
+    Sided(Box<[Layers<C>; 2]>),
+    Glass {
+        ior: f32,
+        absorption: [f32; C],
+    },
+    /// A thin clear sheet.
+    Pane(Arc<Curves>),
 }
 
 /// Shares of light that leave a surface each way.
@@ -27,8 +40,6 @@ pub(crate) struct Layers<const C: usize> {
     pub(crate) specular: [f32; C],
     /// which is perfect where this is `None`.
     pub(crate) rough: Option<Gloss>,
-    /// Whether the back absorbs all.
-    pub(crate) one_sided: bool,
 }
 
 /// A rough mirror.
@@ -41,20 +52,25 @@ pub(crate) struct Gloss {
 
 impl<const C: usize> From<&Material> for Surface<C> {
     fn from(material: &Material) -> Self {
-        let shares = |rgb| channels::<C>(rgb).map(|share| share as f32);
+        if let Some(pane) = &material.glazing {
+            return Self::Pane(Arc::new(Curves::of(pane)));
+        }
         if let Some(glass) = material.dielectric {
             return Self::Glass { ior: glass.ior as f32, absorption: shares(glass.absorption) };
         }
-        let (diffuse, specular) = (shares(material.reflectance), shares(material.specular));
-        let gloss = |facets| Gloss { facets, sharp: material.is_specular() };
-        let rough = if material.mirrors() { Microsurface::new(material.roughness).map(gloss) } else { None };
-        let transmitted = shares(material.transmittance);
-        let one_sided = material.sides == Sides::One;
-        if rough.is_none() && !material.is_translucent() && !one_sided {
-            return Self::Opaque { diffuse, specular };
+        let front = Layers::of(material);
+        match (&material.back, material.sides) {
+            (Some(back), _) => Self::Sided(Box::new([front, Layers::of(back)])),
+            (None, Sides::One) => Self::Sided(Box::new([front, Layers::black()])),
+            _ if front.rough.is_some() || material.is_translucent() => Self::Layered(front),
+            _ => Self::Opaque { diffuse: front.diffuse, specular: front.specular },
         }
-        Self::Layered(Layers { diffuse, transmitted, specular, rough, one_sided })
     }
+}
+
+/// Shares of each channel of this run.
+fn shares<const C: usize>(rgb: [f64; 3]) -> [f32; C] {
+    channels::<C>(rgb).map(|share| share as f32)
 }
 
 /// How a photon goes on after a hit.
@@ -66,25 +82,32 @@ pub(crate) enum Fate<const C: usize> {
     Mirrored(Vec3, Flux<C>),
     /// Through glass; whether into it.
     Refracted(Vec3, bool),
+    /// Straight through a pane.
+    Passed(Flux<C>),
 }
 
 impl<const C: usize> Surface<C> {
-    /// The shares of a surface that is not glass.
+    /// The shares of a surface that is not glass, on its front or back.
     #[inline]
-    pub(crate) fn layers(self) -> Layers<C> {
+    pub(crate) fn layers(&self, front: bool) -> Layers<C> {
         match self {
-            Self::Layered(layers) => layers,
-            Self::Opaque { diffuse, specular } => {
-                Layers { diffuse, transmitted: [0.0; C], specular, rough: None, one_sided: false }
-            }
-            Self::Glass { .. } => Layers::black(),
+            Self::Layered(layers) => *layers,
+            Self::Sided(sides) => sides[usize::from(!front)],
+            &Self::Opaque { diffuse, specular } => Layers { diffuse, transmitted: [0.0; C], specular, rough: None },
+            Self::Glass { .. } | Self::Pane(_) => Layers::black(),
         }
     }
 
     /// Whether light lands here: on anything but glass.
     #[inline]
     pub(crate) fn is_landed_on(&self) -> bool {
-        !matches!(self, Self::Glass { .. })
+        !matches!(self, Self::Glass { .. } | Self::Pane(_))
+    }
+
+    /// Whether it bounds a solid of glass.
+    #[inline]
+    pub(crate) fn bounds_glass(&self) -> bool {
+        matches!(self, Self::Glass { .. })
     }
 
     /// Index of refraction; 1 of what is not glass.
@@ -104,8 +127,8 @@ impl<const C: usize> Surface<C> {
         ratio: impl FnOnce(bool) -> f32,
         stream: &mut Stream,
     ) -> Fate<C> {
-        match *self {
-            Self::Opaque { diffuse, specular } => {
+        match self {
+            &Self::Opaque { diffuse, specular } => {
                 let (diffused, mirrored) = (flux.filtered(diffuse), flux.filtered(specular));
                 let (mut to_diffuse, mut to_mirror) = (chance(flux, diffuse), chance(flux, specular));
                 let both = to_diffuse + to_mirror;
@@ -122,7 +145,11 @@ impl<const C: usize> Surface<C> {
                     Fate::Absorbed
                 }
             }
-            Self::Layered(ref layers) => layers.meet(direction, normal, flux, stream),
+            Self::Layered(layers) => layers.meet(direction, normal, flux, stream),
+            Self::Sided(sides) => {
+                sides[usize::from(direction.dot(normal) >= 0.0)].meet(direction, normal, flux, stream)
+            }
+            Self::Pane(curves) => meet_pane(curves, direction, normal, flux, stream),
             Self::Glass { .. } => {
                 let entering = direction.dot(normal) < 0.0;
                 let facing = if entering { normal } else { -normal };
@@ -135,18 +162,55 @@ impl<const C: usize> Surface<C> {
     }
 }
 
+/// What becomes of a photon at a pane.
+#[inline(never)] // so that it costs the other surfaces nothing
+fn meet_pane<const C: usize>(
+    curves: &Curves,
+    direction: Vec3,
+    normal: Vec3,
+    flux: Flux<C>,
+    stream: &mut Stream,
+) -> Fate<C> {
+    let [passed, mirrored] = pane_shares::<C>(curves, direction, normal);
+    let (to_pass, to_mirror) = (chance(flux, passed), chance(flux, mirrored));
+    let scale = 1.0 / (to_pass + to_mirror).max(1.0);
+    let (to_pass, to_mirror) = (to_pass * scale, to_mirror * scale);
+    let choice = stream.uniform();
+    if choice < to_pass {
+        Fate::Passed(survivor(flux, flux.filtered(passed), to_pass))
+    } else if choice < to_pass + to_mirror {
+        Fate::Mirrored(mirror(direction, normal), survivor(flux, flux.filtered(mirrored), to_mirror))
+    } else {
+        Fate::Absorbed
+    }
+}
+
+/// Shares of light that pass a pane and are mirrored by it.
+#[inline]
+pub(crate) fn pane_shares<const C: usize>(curves: &Curves, direction: Vec3, normal: Vec3) -> [[f32; C]; 2] {
+    curves.at(direction.dot(normal)).map(|rgb| shares(rgb.map(f64::from)))
+}
+
 impl<const C: usize> Layers<C> {
+    /// Those of a material's front.
+    fn of(material: &Material) -> Self {
+        let gloss = |facets| Gloss { facets, sharp: material.roughness < SHARP };
+        Self {
+            diffuse: shares(material.reflectance),
+            transmitted: shares(material.transmittance),
+            specular: shares(material.specular),
+            rough: if material.mirrors() { Microsurface::new(material.roughness).map(gloss) } else { None },
+        }
+    }
+
     /// Absorbs all.
     pub(crate) fn black() -> Self {
-        Self { diffuse: [0.0; C], transmitted: [0.0; C], specular: [0.0; C], rough: None, one_sided: false }
+        Self { diffuse: [0.0; C], transmitted: [0.0; C], specular: [0.0; C], rough: None }
     }
 
     #[inline(never)] // so that it costs the other surfaces nothing
     fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> Fate<C> {
         let front = direction.dot(normal) < 0.0;
-        if self.one_sided && !front {
-            return Fate::Absorbed;
-        }
         let shares = [self.diffuse, self.transmitted, self.specular];
         let chances = shares.map(|shares| chance(flux, shares));
         let all: f32 = chances.iter().sum();
@@ -257,7 +321,7 @@ mod tests {
                             assert!(onward.dot(facing) > 0.0);
                             (2, left)
                         }
-                        Fate::Refracted(..) => panic!("no glass here"),
+                        Fate::Refracted(..) | Fate::Passed(_) => panic!("no glass here"),
                     };
                     for c in 0..3 {
                         sums[way][c] += f64::from(left.0[c]);

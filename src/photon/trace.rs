@@ -277,6 +277,10 @@ impl<'a, const C: usize> Tracer<'a, C> {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, history.after_specular());
                 }
+                Fate::Passed(left) => {
+                    tally.lose(flux, left);
+                    flux = left;
+                }
                 Fate::Refracted(onward, entering) => {
                     media = media.beyond(hit.material, entering);
                     (direction, glass) = (onward, media.absorption(&self.surfaces));

@@ -35,12 +35,19 @@ pub struct Trial {
 impl Trial {
     /// Whether any of a scene's surfaces absorbs so little that a trial is called for; `size` (m) is the scene's.
     pub fn is_called_for(scene: &Scene, size: f64) -> bool {
-        scene.materials.iter().any(|material| match material.dielectric {
-            Some(glass) => glass.absorption.iter().any(|per_metre| per_metre * size < NEXT_TO_NOTHING),
-            None => (0..3).any(|c| {
-                let kept = material.reflectance[c] + material.specular[c] + material.transmittance[c];
-                kept > 1.0 - NEXT_TO_NOTHING
-            }),
+        scene.materials.iter().any(|material| {
+            let kept = |c: usize| match &material.glazing {
+                Some(pane) => pane.transmittance[c] + pane.reflectance[c],
+                None => material.reflectance[c] + material.specular[c] + material.transmittance[c],
+            };
+            let back = material
+                .back
+                .as_ref()
+                .is_some_and(|back| (0..3).any(|c| back.reflectance[c] + back.specular[c] > 1.0 - NEXT_TO_NOTHING));
+            match material.dielectric {
+                Some(glass) => glass.absorption.iter().any(|per_metre| per_metre * size < NEXT_TO_NOTHING),
+                None => back || (0..3).any(|c| kept(c) > 1.0 - NEXT_TO_NOTHING),
+            }
         })
     }
 

@@ -196,7 +196,7 @@ type Stages = Vec<(&'static str, f64)>;
 fn start(scene: &Scene, progress: &dyn Progress) -> Result<(RayCaster, Stages), Error> {
     let (name, started) = ("build BVH", Instant::now());
     progress.stage(name, 1);
-    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?;
+    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?.with_panes(&scene.materials);
     Ok((caster, vec![(name, started.elapsed().as_secs_f64())]))
 }
 

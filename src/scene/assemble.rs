@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::glass;
 use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
@@ -225,6 +226,8 @@ struct PlacedMesh {
     material_of: Vec<u32>,
     surfaces: Vec<Surface>,
     groups: Groups,
+    /// Numbers of the triangles that don't become part of the scene, ascending.
+    left_out: Vec<u32>,
 }
 
 /// Reads files, and remembers what they were.
@@ -416,9 +419,16 @@ impl Reader {
             return Err(surface::unset(&unset, &library.missing));
         }
         let transform = section.placement.transform();
-        let Obj { mut vertices, triangles, material_of, groups, .. } = obj;
+        let Obj { mut vertices, mut triangles, mut material_of, groups, materials, .. } = obj;
         vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
-        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
+        let faces = glass::Faces {
+            vertices: &mut vertices,
+            triangles: &mut triangles,
+            material_of: &mut material_of,
+            surfaces: &mut surfaces,
+        };
+        let left_out = glass::settle(&path, &materials, faces, &mut self.warnings)?;
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, left_out })
     }
 }
 
@@ -556,7 +566,7 @@ impl Parts {
         emitters: &mut Vec<Emitter>,
         warnings: &mut Vec<String>,
     ) {
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups } = mesh;
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups, left_out } = mesh;
         let centre = self.centre;
         vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
         let first = self.add_vertices(&vertices);
@@ -570,7 +580,11 @@ impl Parts {
             triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)))
         };
         let is_flat = |&index: &usize| !has_area(corners(&triangles[index]));
-        let flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
+        let mut flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
+        let without_area = flat.len();
+        flat.extend(left_out.iter().map(|&number| number as usize));
+        flat.sort_unstable();
+        flat.dedup();
 
         // What is measured or shines: most triangles of most scenes do neither.
         let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
@@ -612,8 +626,8 @@ impl Parts {
             self.mesh.triangles.append(&mut triangles);
             self.mesh.material_of.append(&mut material_of);
         }
-        if !flat.is_empty() {
-            let triangles = if flat.len() == 1 { "1 triangle" } else { &format!("{} triangles", flat.len()) };
+        if without_area > 0 {
+            let triangles = if without_area == 1 { "1 triangle" } else { &format!("{without_area} triangles") };
             warnings.push(format!("{}: {triangles} without area left out", path.display()));
         }
     }

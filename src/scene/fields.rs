@@ -457,6 +457,12 @@ pub(crate) fn plain(name: &str) -> String {
     cut(&cut(name).chars().flat_map(escaped).collect::<String>())
 }
 
+/// A name as a key of TOML, in quotes only where it needs them.
+pub(crate) fn toml_key(name: &str) -> String {
+    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    if bare { name.to_owned() } else { quoted(name) }
+}
+
 /// Text in quotes, on one line, cut where it is long.
 pub(crate) fn quoted(text: &(impl fmt::Display + ?Sized)) -> String {
     let text = text.to_string();

@@ -9,6 +9,7 @@ mod camera;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
+mod glass;
 pub mod glazing;
 pub mod limits;
 mod lines;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::fields::listed;
 use super::{Measure, PlaneKind, Scene};
 use crate::luminaire::LightGroups;
 
@@ -142,10 +143,20 @@ impl Plan {
         let shiny = scene.materials.iter().find(|material| material.is_specular());
         let caustics = match shiny {
             Some(material) if bounces => {
-                decide(true, "specular paths", format!("{} is a mirror or glass", material.name))
+                decide(true, "specular paths", format!("{} mirrors or refracts", material.name))
             }
             Some(_) => false,
             None => decide(false, "specular paths", "no mirror and no glass".into()),
+        };
+        let panes: Vec<&str> =
+            scene.materials.iter().filter(|m| m.glazing.is_some()).map(|m| m.name.as_str()).collect();
+        match panes.as_slice() {
+            [] => decide(false, "panes", "no thin sheet of clear glass".into()),
+            names => decide(
+                true,
+                "panes",
+                format!("{}: light passes straight, direct light too", listed(names.iter().copied())),
+            ),
         };
         if photons {
             let receivers = scene.planes.len() + scene.sensors.len() + scene.surfaces.len();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::fields::{Placed, listed, quoted};
+use super::fields::{Placed, listed, quoted, toml_key};
 use super::file::MaterialSection;
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
@@ -210,10 +210,4 @@ pub(crate) fn unset(names: &[Placed<String>], missing_libraries: &[String]) -> I
         files => format!("{cure}; the MTL file {} is missing", listed(files.iter().map(String::as_str))),
     };
     InputError::new(first.at.clone(), found, expected).hint(hint)
-}
-
-/// A name as a key of TOML, in quotes only where it needs them.
-fn toml_key(name: &str) -> String {
-    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    if bare { name.to_owned() } else { quoted(name) }
 }

@@ -158,6 +158,16 @@ impl<'a> Blockers<'a> {
         self.mesh.corners(triangle as usize)
     }
 
+    /// Material of a triangle that is a pane.
+    #[inline]
+    pub(super) fn pane(&self, triangle: u32) -> Option<u32> {
+        if !self.caster.has_panes() {
+            return None;
+        }
+        let material = self.mesh.material_of[triangle as usize];
+        self.caster.pane(material).map(|_| material)
+    }
+
     /// Hands `found` the triangles (and their numbers) that may reach into the shaft, until it says no.
     pub(super) fn search(&self, shaft: &Shaft, mut found: impl FnMut(u32, [DVec3; 3]) -> bool) {
         let leaves = self.boxes.len().div_ceil(2);

@@ -15,6 +15,7 @@ use crate::luminaire::web::Measured;
 use crate::luminaire::{Distribution, Luminaire, Opening};
 use crate::photon::flux::{channels, photometric};
 use crate::photon::random::Stream;
+use crate::units::luminance;
 
 /// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.
 pub(crate) const MOST_POLYGONS: usize = 256;
@@ -31,6 +32,16 @@ pub(super) struct Emitter<const C: usize> {
     pub(super) brightness: f64,
     /// Number of its luminaire.
     pub(super) luminaire: u32,
+}
+
+impl<const C: usize> Emitter<C> {
+    /// Illuminance in each channel of what arrives as so much red, green and blue light (lx) if it were white.
+    pub(super) fn tinted(&self, lux: [f64; 3]) -> [f64; C] {
+        if C == 1 {
+            return self.colour.map(|channel| channel * grey(lux));
+        }
+        std::array::from_fn(|c| self.colour[c] * lux[c])
+    }
 }
 
 pub(super) enum Source {
@@ -318,6 +329,11 @@ impl<const C: usize> Emitter<C> {
     }
 }
 
+/// Photometric value of red, green and blue light: that of any channel, to the bit, where all are alike.
+pub(super) fn grey(rgb: [f64; 3]) -> f64 {
+    if rgb[0] == rgb[1] && rgb[1] == rgb[2] { rgb[0] } else { luminance(rgb) }
+}
+
 /// An intensity over squared distance, 0 where the intensity is, even at no distance.
 fn times(candela: f64, per_square: f64) -> f64 {
     if candela > 0.0 { candela * per_square } else { 0.0 }
@@ -364,12 +380,12 @@ impl PointSource {
         if lux.is_finite() { lux } else { 0.0 }
     }
 
-    /// Whether nothing is in the way.
-    pub(super) fn is_seen(&self, start: DVec3, caster: &RayCaster) -> bool {
+    /// Share of its light (red, green, blue) that passes what is in the way.
+    pub(super) fn passed(&self, start: DVec3, caster: &RayCaster) -> [f64; 3] {
         let to = self.position - start;
         let distance = to.length();
         let reach = (distance * (1.0 - 1e-5)) as f32; // short of what the luminaire may be mounted on
-        !caster.is_occluded(start.as_vec3(), (to / distance).as_vec3(), reach)
+        caster.transmittance(start.as_vec3(), (to / distance).as_vec3(), reach).map(f64::from)
     }
 }
 
@@ -384,8 +400,8 @@ impl MeshSource {
         sum > 0.0
     }
 
-    /// (E, variance) at a point, lx and lx²: the mean of samples spread over the triangles by `shares`, two a stratum so
-    /// that they tell their variance without bias.
+    /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of samples
+    /// spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
     pub(super) fn sample(
         &self,
         start: Vec3,
@@ -393,7 +409,7 @@ impl MeshSource {
         shares: &[f64],
         blockers: &Blockers<'_>,
         stream: &mut Stream,
-    ) -> (f64, f64) {
+    ) -> ([f64; 3], f64) {
         let whole = shares[shares.len() - 1];
         let strata = f64::from(MESH_STRATA);
         let mut cast = |stratum: u32| {
@@ -406,18 +422,18 @@ impl MeshSource {
             let direction = to / distance;
             let weight = direction.dot(normal).max(0.0) * (-direction.dot(facing)).max(0.0) / (distance * distance);
             let counts = weight > 0.0 && weight.is_finite() && share > 0.0;
-            if counts && !blockers.caster.is_occluded(start, direction, distance) {
-                self.luminance * f64::from(weight) * self.triangles[which].area * whole / share
-            } else {
-                0.0
+            if !counts {
+                return [0.0; 3];
             }
+            let lux = self.luminance * f64::from(weight) * self.triangles[which].area * whole / share;
+            blockers.caster.transmittance(start, direction, distance).map(|passed| f64::from(passed) * lux)
         };
-        let (mut sum, mut squares) = (0.0, 0.0);
+        let (mut sum, mut squares) = ([0.0; 3], 0.0);
         for stratum in 0..MESH_STRATA {
             let (a, b) = (cast(stratum), cast(stratum));
-            sum += a + b;
-            squares += (a - b).powi(2);
+            (0..3).for_each(|c| sum[c] += a[c] + b[c]);
+            squares += grey([0, 1, 2].map(|c| a[c] - b[c])).powi(2);
         }
-        (sum / (2.0 * strata), squares / (4.0 * strata * strata))
+        (sum.map(|sum| sum / (2.0 * strata)), squares / (4.0 * strata * strata))
     }
 }

@@ -59,7 +59,8 @@ impl<const C: usize> Faint<C> {
             Light::Lambertian(luminance) => luminance * polygon.area * ray.weight,
             Light::Web(_) => ray.weight,
         };
-        let seen = if caster.is_occluded(start, ray.direction, ray.distance) { 0.0 } else { lux * whole / most };
-        (emitter.colour.map(|channel| channel * seen), 1)
+        let seen = lux * whole / most;
+        let passed = caster.transmittance(start, ray.direction, ray.distance);
+        (emitter.tinted(passed.map(|passed| f64::from(passed) * seen)), 1)
     }
 }

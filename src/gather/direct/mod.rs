@@ -6,12 +6,13 @@
 //! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast ([`web`]). Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for
 //! far luminaires that hardly matter.
 //!
-//! Every surface hides what lies behind it, glass too: what passes through glass or comes by mirrors arrives with the
-//! photons.
+//! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives with the
+//! photons. Panes let their share of the light pass straight ([`panes`]).
 
 pub mod blockers;
 pub(crate) mod emitter;
 pub mod faint;
+mod panes;
 pub mod polygon;
 mod sample;
 mod web;
@@ -24,6 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use self::blockers::{Blockers, Bounds, Shaft};
 use self::emitter::{BodySource, Emitter, Light, Source, emitters};
 use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
+use self::panes::{PaneShadow, Shaded};
 use self::polygon::{Pieces, Shadow, above_horizon};
 use self::sample::Target;
 use self::web::Parts;
@@ -238,11 +240,12 @@ struct Sum<const C: usize> {
 }
 
 impl<const C: usize> Sum<C> {
-    fn add(&mut self, emitter: &Emitter<C>, (lux, variance): (f64, f64)) {
-        for (sum, share) in self.value.iter_mut().zip(emitter.colour) {
-            *sum += share * lux;
-        }
-        self.lux += lux * emitter.brightness;
+    /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of its
+    /// photometric value.
+    fn add(&mut self, emitter: &Emitter<C>, (lux, variance): ([f64; 3], f64)) {
+        let tinted = emitter.tinted(lux);
+        (0..C).for_each(|c| self.value[c] += tinted[c]);
+        self.lux += if lux == [lux[0]; 3] { lux[0] * emitter.brightness } else { photometric(tinted) };
         self.variance += variance * emitter.brightness * emitter.brightness;
     }
 }
@@ -255,6 +258,8 @@ struct Blocker {
     guard: Guard,
     normal: DVec3,
     area: f64,
+    /// Material of a pane, which hides a part of the light only.
+    pane: Option<u32>,
 }
 
 /// Whence a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and from points
@@ -293,7 +298,7 @@ impl Blocker {
                 push(triangle[i] + (triangle[j] - triangle[i]) * (above[i] / (above[i] - above[j])));
             }
         }
-        Some(Self { corners, count, guard: Guard::Always, normal: cross / length, area: length })
+        Some(Self { corners, count, guard: Guard::Always, normal: cross / length, area: length, pane: None })
     }
 
     /// What of a triangle is outside of a body.
@@ -363,6 +368,8 @@ struct View {
     cuts: [Vec<DVec3>; 2],
     /// Outline of a body.
     outline: Vec<DVec3>,
+    /// Panes before the opening.
+    panes: Vec<PaneShadow>,
     parts: Parts,
 }
 
@@ -549,8 +556,9 @@ impl<const C: usize> Gather<'_, C> {
                     let start = self.receiver.start(point);
                     let lux = source.illuminance(start.as_dvec3(), self.up);
                     if lux > 0.0 {
-                        let seen = !hidden || source.is_seen(start.as_dvec3(), self.blockers.caster);
-                        sum.add(emitter, (if seen { lux } else { 0.0 }, 0.0));
+                        let passed =
+                            if hidden { source.passed(start.as_dvec3(), self.blockers.caster) } else { [1.0; 3] };
+                        sum.add(emitter, (passed.map(|passed| passed * lux), 0.0));
                         scratch.rays += u64::from(hidden);
                     }
                 }
@@ -618,10 +626,10 @@ impl<const C: usize> Gather<'_, C> {
                     other => (other, &*in_part),
                 };
                 let exact = match in_the_way {
-                    InTheWay::Nothing => Some(lux),
+                    InTheWay::Nothing => Some([lux; 3]),
                     InTheWay::Few if (!weak || list.len() <= MOST_BLOCKERS_IF_WEAK) && view.has_room() => {
                         let touched = view.cut(list, source, eye);
-                        touched.map(|touched| if touched { view.sum(light, self.up, lux) } else { lux })
+                        touched.map(|touched| if touched { self.lit(view, light, lux) } else { [lux; 3] })
                     }
                     InTheWay::Few | InTheWay::Many => None,
                 };
@@ -633,7 +641,7 @@ impl<const C: usize> Gather<'_, C> {
                         let target = match source {
                             Source::Body(body) => Target::body(body, &view.whole),
                             Source::Polygon(polygon) => Target::Flat(polygon),
-                            Source::Point(_) | Source::Mesh(_) => return (0.0, 0.0),
+                            Source::Point(_) | Source::Mesh(_) => return ([0.0; 3], 0.0),
                         };
                         let seen = if weak {
                             sample::glimpse(&target, start, normal, caster, &mut stream)
@@ -641,7 +649,7 @@ impl<const C: usize> Gather<'_, C> {
                             sample::look(&target, start, normal, caster, &mut stream)
                         };
                         *rays += seen.rays;
-                        (lux * seen.share, lux * lux * seen.variance)
+                        (seen.share.map(|share| lux * share), lux * lux * seen.variance)
                     },
                     |lux| (lux, 0.0),
                 );
@@ -685,7 +693,8 @@ impl<const C: usize> Gather<'_, C> {
                 (Source::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
                 _ => 0.0,
             };
-            let Some(hit) = self.blockers.caster.closest_hit(start, to.normalize().as_vec3(), reach as f32) else {
+            let caster = self.blockers.caster;
+            let Some(hit) = caster.through_panes(start, to.normalize().as_vec3(), reach as f32).0 else {
                 return (false, cast + 1);
             };
             found.clear();
@@ -731,13 +740,26 @@ impl<const C: usize> Gather<'_, C> {
         emitter.height(normal) + f64::from(step)
     }
 
+    /// Illuminance (lx) by what is still lit of the opening looked at last, through panes.
+    fn lit(&self, view: &mut View, light: &Light, whole: f64) -> [f64; 3] {
+        if view.panes.is_empty() {
+            return [light.sum(&view.lit, self.up, whole, &mut view.parts); 3];
+        }
+        let View { panes, lit, size, parts, .. } = view;
+        Shaded { panes, size: *size, light, up: self.up, caster: self.blockers.caster, whole, parts }.sum(lit)
+    }
+
     /// Finds what may stand between some points and an emitter, the largest first.
     fn search(&self, emitter: &Emitter<C>, points: &Bounds, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
         found.clear();
         let ahead = self.ahead(emitter, points);
         let shaft = self.shaft(emitter, points);
         self.blockers.search(&shaft, |number, triangle| {
+            let before = found.len();
             emitter.source.blockers(ahead, number, triangle, found);
+            if let Some(pane) = self.blockers.pane(number) {
+                found[before..].iter_mut().for_each(|blocker| blocker.pane = Some(pane));
+            }
             found.len() <= most
         });
         if found.len() > most {
@@ -781,26 +803,22 @@ impl View {
                 > 1e-9 * self.whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()))
     }
 
-    /// Illuminance by what is still lit, lx; `whole` is that of all.
-    fn sum(&mut self, light: &Light, up: DVec3, whole: f64) -> f64 {
-        light.sum(&self.lit, up, whole, &mut self.parts)
-    }
-
     /// Gets ready to cut shadows out of the opening looked at last.
     fn start(&mut self) {
-        let Self { whole, edges, size, lit, cuts_done, touched, .. } = self;
+        let Self { whole, edges, size, lit, cuts_done, touched, panes, .. } = self;
         edges.clear();
         let count = whole.len();
         edges.extend((0..count).map(|i| whole[(i + 1) % count].cross(whole[i])));
         *size = whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
         lit.clear();
         lit.push(whole);
+        panes.clear();
         (*cuts_done, *touched) = (0, false);
     }
 
-    /// Cuts out the shadow of one blocker; whether it falls on the opening.
+    /// Cuts out the shadow of one blocker, or remembers that of a pane; whether it falls on the opening.
     fn hide(&mut self, blocker: &Blocker, source: &Source, eye: DVec3) -> bool {
-        let Self { whole, edges, size, lit, next, cuts, cuts_done, touched, .. } = self;
+        let Self { whole, edges, size, lit, next, cuts, cuts_done, touched, panes, .. } = self;
         if !blocker.is_before(source, eye) {
             return false;
         }
@@ -814,12 +832,16 @@ impl View {
         if shadow.misses(whole, *size) {
             return false;
         }
+        *touched = true;
+        if let Some(material) = blocker.pane {
+            panes.push(PaneShadow { shadow, normal: blocker.normal, material });
+            return true;
+        }
         next.clear();
         for piece in lit.iter() {
             shadow.cut(piece, *size, next, cuts);
         }
         *cuts_done += lit.len();
-        *touched = true;
         std::mem::swap(lit, next);
         true
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::emitter::{BodySource, Light, Polygon};
+use super::emitter::{BodySource, Light, Polygon, grey};
 use crate::embree::RayCaster;
 use crate::photon::random::Stream;
 
@@ -15,8 +15,8 @@ pub(super) const MESH_STRATA: u32 = 64;
 
 /// What shadow rays saw of an opening.
 pub(super) struct Seen {
-    /// Visible share of its light, and the variance of that.
-    pub(super) share: f64,
+    /// Share of its red, green and blue light that arrives, and the variance of the photometric share.
+    pub(super) share: [f64; 3],
     pub(super) variance: f64,
     pub(super) rays: u64,
 }
@@ -98,22 +98,24 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Whether nothing is in the way of a ray: nothing but the body itself, which is not quite the solid it stands for.
-    fn sees(&self, ray: &Aimed, start: Vec3, caster: &RayCaster) -> bool {
-        match self {
-            Self::Flat(_) => !caster.is_occluded(start, ray.direction, ray.distance),
-            Self::Body { source, .. } => caster
-                .closest_hit(start, ray.direction, ray.distance)
-                .is_none_or(|hit| source.own.contains(&hit.triangle)),
-        }
+    /// Share of the light (red, green, blue) along a ray that passes what is in the way: panes, and the body itself, which is
+    /// not quite the solid it stands for.
+    fn passed(&self, ray: &Aimed, start: Vec3, caster: &RayCaster) -> [f64; 3] {
+        let passed = match self {
+            Self::Flat(_) => caster.transmittance(start, ray.direction, ray.distance),
+            Self::Body { source, .. } => match caster.through_panes(start, ray.direction, ray.distance) {
+                (Some(hit), _) if !source.own.contains(&hit.triangle) => [0.0; 3],
+                (_, passed) => passed,
+            },
+        };
+        passed.map(f64::from)
     }
 }
 
 /// What one ray to anywhere on an opening tells of it.
 pub(super) fn glimpse(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
     let ray = target.aim(stream.uniform_pair(), start, normal, caster);
-    let share = if target.sees(&ray, start, caster) { 1.0 } else { 0.0 };
-    Seen { share, variance: GLIMPSE, rays: 1 }
+    Seen { share: target.passed(&ray, start, caster), variance: GLIMPSE, rays: 1 }
 }
 
 /// What is visible of an opening.
@@ -122,41 +124,45 @@ pub(super) fn glimpse(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &R
 /// may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its square.
 pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
     let mut rays = 0;
-    // Weight of a ray, and whether it gets through.
+    // Weight of a ray, and what of it gets through.
     let mut cast = |stratum: u32, side: u32| {
         let [a, b] = stream.uniform_pair();
         let at = [(stratum % side) as f32 + a, (stratum / side) as f32 + b].map(|x| x / side as f32);
         let ray = target.aim(at, start, normal, caster);
         if !(ray.weight > 0.0 && ray.weight.is_finite()) {
-            return (0.0, 0.0);
+            return (0.0, [0.0; 3]);
         }
         rays += 1;
-        (ray.weight, if target.sees(&ray, start, caster) { 1.0 } else { 0.0 })
+        (ray.weight, target.passed(&ray, start, caster))
     };
-    let (mut whole, mut clear) = (0.0, 0.0);
-    for stratum in 0..FIRST * FIRST {
-        let (weight, seen) = cast(stratum, FIRST);
-        whole += weight;
-        clear += weight * seen;
-    }
+    // A sliver above the horizon that no ray met: anything is possible.
+    let anything = |rays| Seen { share: [0.5; 3], variance: 0.25, rays };
+    let first: Vec<(f64, [f64; 3])> = (0..FIRST * FIRST).map(|stratum| cast(stratum, FIRST)).collect();
+    let (whole, clear) = totals(&first);
     if whole <= 0.0 {
-        // A sliver above the horizon that no ray met: anything is possible.
-        return Seen { share: 0.5, variance: 0.25, rays };
+        return anything(rays);
     }
-    if clear == 0.0 || clear == whole {
+    if clear == [0.0; 3] || clear == [whole; 3] {
         let strata = f64::from(FIRST * FIRST);
-        return Seen { share: clear / whole, variance: 4.0 / 27.0 / (strata * strata), rays };
+        let share = clear.map(|clear| clear / whole);
+        return Seen { share, variance: 4.0 / 27.0 / (strata * strata), rays };
     }
-    let pairs: Vec<[(f64, f64); 2]> =
+    let pairs: Vec<[(f64, [f64; 3]); 2]> =
         (0..SECOND * SECOND).map(|stratum| [cast(stratum, SECOND), cast(stratum, SECOND)]).collect();
-    let whole: f64 = pairs.iter().flatten().map(|(weight, _)| weight).sum();
-    let clear: f64 = pairs.iter().flatten().map(|(weight, seen)| weight * seen).sum();
+    let (whole, clear) = totals(pairs.as_flattened());
     if whole <= 0.0 {
-        return Seen { share: 0.5, variance: 0.25, rays };
+        return anything(rays);
     }
-    let share = clear / whole;
-    let off = |(weight, seen): (f64, f64)| weight * (seen - share);
+    let share = clear.map(|clear| clear / whole);
+    let off = |(weight, seen): (f64, [f64; 3])| weight * (grey(seen) - grey(share));
     let squares: f64 = pairs.iter().map(|&[a, b]| (off(a) - off(b)).powi(2)).sum();
     let strata = f64::from(SECOND * SECOND);
     Seen { share, variance: (squares / (whole * whole)).max(1.0 / 16.0 / (strata * strata)), rays }
+}
+
+/// Sum of the rays' weights, and of what gets through.
+fn totals(rays: &[(f64, [f64; 3])]) -> (f64, [f64; 3]) {
+    rays.iter().fold((0.0, [0.0; 3]), |(whole, clear), (weight, seen)| {
+        (whole + weight, [0, 1, 2].map(|c| clear[c] + weight * seen[c]))
+    })
 }

@@ -1,0 +1,203 @@
+//! What the meshes of a `dielectric` are in space: solids, panes, or neither.
+//!
+//! Snell's law needs to know which side of a face is glass. A closed body tells; a window drawn as one face doesn't, and would
+//! be a half-space of glass. So the faces of each glass are looked at by connected parts:
+//!
+//! - A **closed body** is a solid. One that is inside out is turned, unless it is a cavity of a solid of the same glass.
+//! - A **thin flat slab** (no thicker than 1/20 of its side, 0.1 m at most), or two opposite faces of one without its rim, is a
+//!   pane: one sheet in the middle that lets through what both faces and the glass between them do. It is displaced light that is
+//!   given up (by at most a third of the thickness up to 60°); direct light behind it becomes exact.
+//! - An **open sheet** is a pane, as thick as window glass where its absorption asks for that.
+//! - A body with a hole, or one whose faces can't be given one winding, is refused.
+
+mod parts;
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::parts::{Kind, Part};
+use super::Material;
+use super::fields::{Placed, quoted, toml_key};
+use super::glazing::Glazing;
+use super::material::Dielectric;
+use super::surface::Surface;
+use crate::error::InputError;
+
+/// Thickness of a sheet that absorbs per metre, m: window glass.
+const WINDOW: f64 = 0.006;
+
+/// A mesh whose glass is to be settled.
+pub(crate) struct Faces<'a> {
+    pub(crate) vertices: &'a mut Vec<DVec3>,
+    pub(crate) triangles: &'a mut [[u32; 3]],
+    pub(crate) material_of: &'a mut [u32],
+    pub(crate) surfaces: &'a mut Vec<Surface>,
+}
+
+/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Returns the numbers of the
+/// triangles that are left out, ascending. `names` tells where the materials of the mesh at `path` are first used.
+pub(crate) fn settle(
+    path: &Path,
+    names: &[Placed<String>],
+    mut faces: Faces<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<u32>, InputError> {
+    let glasses: Vec<usize> =
+        (0..faces.surfaces.len()).filter(|&number| faces.surfaces[number].material.dielectric.is_some()).collect();
+    let mut left_out = Vec::new();
+    for number in glasses {
+        let of_this = |&triangle: &usize| faces.material_of[triangle] as usize == number;
+        let chosen: Vec<u32> =
+            (0..faces.triangles.len()).into_par_iter().filter(of_this).map(|triangle| triangle as u32).collect();
+        let parts = parts::parts(faces.vertices, faces.triangles, &chosen);
+        if let Some((why, at)) = parts.iter().find_map(Part::refused) {
+            return Err(refusal(&names[number], why, at));
+        }
+        let mut told = Told::default();
+        for part in &parts {
+            told.hear(part);
+            faces.make(number, part, &mut left_out);
+        }
+        let pane = faces.pane_of(number);
+        warnings.extend(told.lines(&path.display().to_string(), &names[number].value, pane.as_deref()));
+        faces.tidy(number, &chosen);
+    }
+    left_out.sort_unstable();
+    Ok(left_out)
+}
+
+fn refusal(name: &Placed<String>, why: &str, at: DVec3) -> InputError {
+    let DVec3 { x, y, z } = at;
+    let found = format!("glass {} with {why}, near ({x:.3}, {y:.3}, {z:.3}) m", quoted(&name.value));
+    let error = InputError::new(name.at.clone(), found, "closed bodies, or open sheets");
+    error.hint(format!("close it, or write glazing = 0.88 in [material.{}]: thin panes", toml_key(&name.value)))
+}
+
+impl Part {
+    fn refused(&self) -> Option<(&'static str, DVec3)> {
+        match self.kind {
+            Kind::Refused(why, at) => Some((why, at)),
+            _ => None,
+        }
+    }
+}
+
+impl Faces<'_> {
+    /// Makes a pane of a part of glass number `glass`, if it is one.
+    fn make(&mut self, glass: usize, part: &Part, left_out: &mut Vec<u32>) {
+        let Kind::Pane { kept, shift, thickness } = &part.kind else { return };
+        let pane = self.pane(glass, *thickness);
+        let stays: HashSet<u32> = kept.iter().copied().collect();
+        left_out.extend(part.triangles.iter().filter(|triangle| !stays.contains(triangle)));
+        let mut moved: HashMap<u32, u32> = HashMap::new();
+        for &triangle in kept {
+            self.material_of[triangle as usize] = pane;
+            if *shift == DVec3::ZERO {
+                continue;
+            }
+            for corner in &mut self.triangles[triangle as usize] {
+                *corner = *moved.entry(*corner).or_insert_with(|| {
+                    self.vertices.push(self.vertices[*corner as usize] + *shift);
+                    self.vertices.len() as u32 - 1
+                });
+            }
+        }
+    }
+
+    /// Number of the surface that is glass number `glass` as a pane.
+    fn pane(&mut self, glass: usize, thickness: Option<f64>) -> u32 {
+        let Surface { material, luminance, .. } = &self.surfaces[glass];
+        let Some(dielectric) = material.dielectric else { return glass as u32 };
+        let glazing = Some(Arc::new(between_faces(dielectric, thickness)));
+        let material = Material { glazing, ..Material::black(material.name.clone()) };
+        let alike = self.surfaces.iter().position(|surface| surface.material == material);
+        let number = alike.unwrap_or(self.surfaces.len());
+        if alike.is_none() {
+            self.surfaces.push(Surface { material, luminance: *luminance });
+        }
+        number as u32
+    }
+
+    /// The first pane that was made of a glass.
+    fn pane_of(&self, glass: usize) -> Option<Arc<Glazing>> {
+        let name = &self.surfaces[glass].material.name;
+        self.surfaces.iter().filter(|surface| surface.material.name == *name).find_map(|s| s.material.glazing.clone())
+    }
+
+    /// Where no solid of a glass is left, what it was is forgotten: the scene has no use for it.
+    fn tidy(&mut self, glass: usize, chosen: &[u32]) {
+        let solid = chosen.iter().any(|&triangle| self.material_of[triangle as usize] as usize == glass);
+        let pane =
+            chosen.iter().map(|&triangle| self.material_of[triangle as usize]).find(|&pane| pane as usize != glass);
+        if let (false, Some(pane)) = (solid, pane) {
+            self.surfaces[glass].material = self.surfaces[pane as usize].material.clone();
+        }
+    }
+}
+
+/// The pane that glass of this thickness (m) between two faces is.
+fn between_faces(glass: Dielectric, thickness: Option<f64>) -> Glazing {
+    let metres = thickness.unwrap_or(WINDOW);
+    Glazing::of_index(glass.ior, glass.absorption.map(|per_metre| (-per_metre * metres).exp()))
+}
+
+/// How many parts of a glass are what.
+#[derive(Default)]
+struct Told {
+    turned: usize,
+    sheets: usize,
+    slabs: usize,
+    thinnest: f64,
+    thickest: f64,
+}
+
+impl Told {
+    fn hear(&mut self, part: &Part) {
+        match part.kind {
+            Kind::Turned => self.turned += 1,
+            Kind::Pane { thickness: None, .. } => self.sheets += 1,
+            Kind::Pane { thickness: Some(thickness), .. } => {
+                self.thinnest = if self.slabs == 0 { thickness } else { self.thinnest.min(thickness) };
+                self.thickest = self.thickest.max(thickness);
+                self.slabs += 1;
+            }
+            Kind::Solid | Kind::Refused(..) => {}
+        }
+    }
+
+    fn lines(&self, path: &str, name: &str, pane: Option<&Glazing>) -> Vec<String> {
+        let (glass, key) = (quoted(name), toml_key(name));
+        let count = |number: usize, one: &str, more: &str| {
+            if number == 1 { format!("1 {one}") } else { format!("{number} {more}") }
+        };
+        let passes = pane.map_or_else(String::new, |pane| {
+            let [r, g, b] = pane.transmittance;
+            if r == g && g == b { format!("{r:.3}") } else { format!("[{r:.3}, {g:.3}, {b:.3}]") }
+        });
+        let mut lines = Vec::new();
+        if self.turned > 0 {
+            let bodies = count(self.turned, "body", "bodies");
+            lines.push(format!("{path}: {bodies} of glass {glass} inside out: turned, normals outwards"));
+        }
+        if self.sheets > 0 {
+            let sheets = count(self.sheets, "open sheet", "open sheets");
+            lines.push(format!(
+                "{path}: {sheets} of glass {glass} bound no solid: taken for thin panes that pass {passes}; \
+                 glazing = … in [material.{key}] tells another share"
+            ));
+        }
+        if self.slabs > 0 {
+            let slabs = count(self.slabs, "thin slab", "thin slabs");
+            let [from, to] = [self.thinnest, self.thickest].map(|metres| format!("{:.1}", 1e3 * metres));
+            let thick = if from == to { from } else { format!("{from} to {to}") };
+            lines.push(format!(
+                "{path}: {slabs} of glass {glass}, {thick} mm thick, taken for panes that pass {passes} straight"
+            ));
+        }
+        lines
+    }
+}
