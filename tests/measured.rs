@@ -104,8 +104,8 @@ fn lamp(more: &str) -> String {
     format!("[[luminaire]]\nname = \"L\"\nposition = [2, 2, 2.5]\nphotometry = \"lamp.ies\"\n{more}")
 }
 
-/// A luminaire turned by a quarter turns its map by a quarter: seen from above it turns clockwise, so what was at +x comes to
-/// −y. Positions are single precision.
+/// A luminaire turned by a quarter turns its map by a quarter: seen from above it turns counter-clockwise, so what was at +x
+/// comes to +y, and (x, y) to (−y, x). Positions are single precision.
 #[test]
 fn turning_the_luminaire_turns_its_light() {
     let file = ies(&whole_turns(15, 360), &whole_turns(5, 180), [0.3, 0.6, 0.0], lopsided);
@@ -117,7 +117,7 @@ fn turning_the_luminaire_turns_its_light() {
     let (straight, turned) = (map("measured_turn_0", ""), map("measured_turn_90", "rotation = 90\n"));
     let mut different = false;
     for (row, column) in (0..20).flat_map(|row| (0..20).map(move |column| (row, column))) {
-        let (here, there) = (straight[row * 20 + column], turned[(19 - column) * 20 + row]);
+        let (here, there) = (straight[row * 20 + column], turned[column * 20 + 19 - row]);
         assert!((there / here - 1.0).abs() < 1e-4, "cell {column}, {row}: {here} lx, turned {there} lx");
         different |= (turned[row * 20 + column] / here - 1.0).abs() > 0.05;
     }

@@ -716,18 +716,29 @@ fn the_command_tells_and_draws() {
         "luminaire  Lamp of tests\n",
         "table      type C, 1 × 19 angles, the same all around\n",
         "opening    rectangle, 0.2 m along C0 and 1.2 m along C90\n",
+        "axes       looking down with rotation 0: C0 towards +x, C90 towards +y; the file's length lies along C90, its width \
+         along C0\n",
+        "rotation   positive turns from C0 towards C90, counter-clockwise seen from behind (from above where it looks down)\n",
         "than the 3142 lm declared: they agree\n",
         "direction  100 % down (declared 100 %), 0 % up\n",
         "power      25 W, 125.6 lm/W\n",
         "largest    1000 cd at any C, γ 0°\n",
         "beam       120° in C0/C180 (-60° to 60°), 120° in C90/C270 (-60° to 60°) (half of the largest)\n",
-        "wrote 3 files to out/lamp\n",
+        "wrote 4 files to out/lamp.ldt\n",
     ] {
         assert!(text.contains(line), "{line}\n  is not in\n{text}");
     }
-    let results = folder.join("out/lamp");
+    let results = folder.join("out/lamp.ldt");
     let svg = fs::read_to_string(results.join("polar.svg")).unwrap();
     assert!(svg.starts_with("<svg xmlns=") && svg.ends_with("</svg>\n") && !svg.contains("NaN"));
+    let page = fs::read_to_string(results.join("luminaire.html")).unwrap();
+    for drawing in [&svg, &page] {
+        for text in
+            ["Plan, seen from above", "C0, +x", "C90, +y", "C180", "C270", "+ rotation", "0.2 m along x, 1.2 m along y"]
+        {
+            assert!(drawing.contains(&format!(">{text}<")) || drawing.contains(&format!(": {text}<")), "{text}");
+        }
+    }
     let picture = fs::read(results.join("polar.png")).unwrap();
     assert!(picture.starts_with(b"\x89PNG\r\n"));
     let json = luxmap(&folder, &["luminaire", "lamp.ldt", "--json", "-o", "elsewhere"]).stdout;
@@ -743,7 +754,7 @@ fn the_command_tells_and_draws() {
     let line = String::from_utf8(refused.stderr).unwrap();
     assert_eq!((refused.status.code(), refused.stdout.as_slice()), (Some(2), &b""[..]));
     assert!(line.starts_with("luxmap: cut.ies:9: found 1 × 19 angles, but ") && line.lines().count() == 1, "{line}");
-    assert!(!folder.join("out/cut").exists());
+    assert!(!folder.join("out/cut.ies").exists());
 }
 
 /// A file that contradicts itself is taken, and told so.

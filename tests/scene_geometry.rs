@@ -105,7 +105,8 @@ fn an_opening_and_its_body_stand_together_a_hair_off_the_ceiling() {
     };
     // The scene runs from −1 to 4 in y: 5 m.
     assert!((centre + scene.centre - DVec3::NEG_Z * 2.5e-5).length() < 1e-12, "{centre}");
-    assert!((half_width - DVec3::NEG_Y).length() < 1e-12 && (half_depth - DVec3::NEG_X * 0.5).length() < 1e-12);
+    // Turned counter-clockwise seen from above: the first size, 2 m, runs towards +y.
+    assert!((half_width - DVec3::Y).length() < 1e-12 && (half_depth - DVec3::X * 0.5).length() < 1e-12);
     let body: Vec<usize> = (0..3).filter(|&t| scene.materials[scene.mesh.material_of[t] as usize].is_black()).collect();
     assert_eq!(body, [1, 2]);
     for triangle in body {

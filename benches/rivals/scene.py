@@ -327,11 +327,12 @@ def read_ies(path: Path) -> Photometry:
 
 
 def c0_direction(aim: np.ndarray, rotation: float) -> np.ndarray:
-    """Where a rectangle's first size runs: +x for one that looks down, tilted the shortest way towards `aim`."""
+    """Where a rectangle's first size runs: +x for one that looks down, tilted the shortest way towards `aim`; positive
+    rotations go counter-clockwise seen from behind, so from above for one that looks down."""
     cosine = 1 - aim[2]
     x = np.array([1.0, 0, 0])
     untwisted = x if cosine < 1e-12 else x - (aim + [0, 0, -1]) * (aim[0] / cosine)
-    angle = np.radians(rotation)
+    angle = np.radians(-rotation)
     return untwisted * np.cos(angle) + np.cross(aim, untwisted) * np.sin(angle)
 
 

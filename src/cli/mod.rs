@@ -76,6 +76,8 @@ enum Outcome {
     Done,
     /// Ran, but a required value was missed, or a run of a batch failed: exit code 1.
     Missed,
+    /// Ran, but some of what it was given could not be read, and it has said so: exit code 2.
+    Refused,
     /// Another process says why not: exit code 2.
     #[cfg(feature = "mpi")]
     Failed,
@@ -132,6 +134,7 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
+        Ok(Outcome::Refused) => ExitCode::from(2),
         #[cfg(feature = "mpi")]
         Ok(Outcome::Failed) => ExitCode::from(2),
         Ok(Outcome::Interrupted) => ExitCode::from(130),

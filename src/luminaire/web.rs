@@ -246,7 +246,7 @@ pub struct Measured {
 impl Measured {
     /// A web whose γ = 0 looks along the unit vector `aim` and whose C0 lies as the luminaire's `rotation` (degrees) says.
     ///
-    /// Hanging straight down with C0 towards +x it has C90 towards +y.
+    /// Hanging straight down with C0 towards +x it has C90 towards +y; `rotation` turns from C0 towards C90.
     pub fn new(web: Arc<Web>, aim: DVec3, rotation: f64) -> Self {
         let c0 = c0_direction(aim, rotation);
         Self { web, axes: [c0, c0.cross(aim), aim] }
@@ -400,7 +400,7 @@ mod tests {
         {
             expect(candela(down, 0.0, direction), expected);
         }
-        expect(candela(down, 90.0, DVec3::NEG_Y), 10.0); // seen from above, turned clockwise
+        expect(candela(down, 90.0, DVec3::Y), 10.0); // seen from above, turned counter-clockwise
         expect(candela(DVec3::X, 0.0, DVec3::X), 1.0);
         expect(candela(DVec3::X, 0.0, DVec3::Z), 10.0);
         expect(candela(DVec3::X, 0.0, DVec3::Y), 20.0);

@@ -28,15 +28,15 @@ pub fn stems(names: &[&str]) -> Vec<String> {
 /// The same for planes and for cameras, which also write a file `<stem>-lux`.
 pub fn stems_with_cameras(planes: &[&str], cameras: &[&str]) -> (Vec<String>, Vec<String>) {
     let mut taken: HashSet<String> = RESERVED.iter().map(|&name| name.into()).collect();
-    let planes = planes.iter().map(|name| first_free(&safe(name), &[""], &mut taken)).collect();
-    let cameras = cameras.iter().map(|name| first_free(&safe(name), &["", "-lux"], &mut taken)).collect();
+    let planes = planes.iter().map(|name| first_free(&safe(name, LONGEST), &[""], &mut taken)).collect();
+    let cameras = cameras.iter().map(|name| first_free(&safe(name, LONGEST), &["", "-lux"], &mut taken)).collect();
     (planes, cameras)
 }
 
-/// A name made of harmless characters.
-fn safe(name: &str) -> String {
+/// A name made of harmless characters, at most so many.
+pub(super) fn safe(name: &str, longest: usize) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || " -_.".contains(c) { c } else { '_' };
-    let name: String = name.chars().take(LONGEST).map(harmless).collect();
+    let name: String = name.chars().take(longest).map(harmless).collect();
     let name = name.trim().trim_start_matches('.').trim_end_matches('.').trim();
     if name.is_empty() { "plane".into() } else { name.into() }
 }

@@ -347,7 +347,7 @@ pub(super) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = 
 }
 
 /// Names and values, one pair on each line; both are HTML.
-fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
+pub(super) fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
     let rows = pairs.into_iter().map(|(name, value)| format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
     format!("<div class=\"scroll\"><table class=\"facts\">\n{}</table></div>\n", rows.collect::<String>())
 }

@@ -7,8 +7,10 @@
 //! are interpolated between the cells' centres, or averaged where there are more cells than pixels.
 
 mod canvas;
+pub(super) mod drawing;
 mod grid;
 mod labels;
+pub(super) mod orientation;
 pub(super) mod polar;
 mod scale;
 mod view;

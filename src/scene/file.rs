@@ -77,7 +77,11 @@ pub(crate) struct MaterialSection {
 pub(crate) struct LuminaireSection {
     pub(crate) name: Placed<String>,
     pub(crate) position: DVec3,
+    /// Where γ = 0 looks; straight down where the section says nothing.
     pub(crate) aim: DVec3,
+    /// `rotation`, degrees. At 0, looking down, C0 (the first size of an opening) lies towards +x and C90 towards +y. Positive
+    /// turns from C0 towards C90: counter-clockwise seen from above where the luminaire looks down, counter-clockwise seen
+    /// from behind it whatever it looks at.
     pub(crate) rotation: f64,
     /// Where the section says it.
     pub(crate) shape: Option<Shape>,

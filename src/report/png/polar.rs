@@ -1,11 +1,11 @@
-//! The polar diagram of a luminaire: intensity over γ in the sections C0/C180 and C90/C270, as SVG and as PNG.
+//! The polar diagram of a luminaire: intensity over γ in the sections C0/C180 and C90/C270.
 //!
-//! The nadir is below, C0 and C90 are to the right. Both formats are drawn from one list of lines and texts.
+//! The nadir is below, C0 and C90 are to the right.
 
 use std::fmt::Write as _;
-use std::io;
 
-use super::canvas::{BOLD, Canvas, Font, Ink, NORMAL, SMALL, TITLE};
+use super::canvas::{BOLD, NORMAL, SMALL, TITLE};
+use super::drawing::{Anchor, Drawing, Role};
 use super::scale::Scale;
 use crate::luminaire::intensity::Intensity;
 use crate::luminaire::photometry::{Photometry, Symmetry};
@@ -19,78 +19,87 @@ const WIDTH: f64 = 860.0;
 const RADIUS: f64 = 330.0;
 /// Top of the circles.
 const TOP: f64 = 150.0;
+/// The same without a title.
+const UNTITLED_TOP: f64 = 56.0;
+/// Side of a small diagram, pixels.
+const SMALL_SIZE: f64 = 160.0;
+/// Distance of a curve's points at least, pixels: in a diagram, and in a small one.
+const FINE: f64 = 0.05;
+const COARSE: f64 = 0.8;
 /// Height above the horizon that is shown where nothing shines up.
 const SLIVER: f64 = 30.0;
 /// Lengths of the dashes of the second section and of the gaps between them.
 const DASH: [f64; 2] = [14.0, 7.0];
 
-const PAPER: Ink = [255, 255, 255];
-const TEXT: Ink = [28, 28, 30];
-const QUIET: Ink = [105, 105, 112];
-const GRID: Ink = [214, 214, 218];
-/// Blue and orange, told apart by the colour-blind too.
-const SECTIONS: [(&str, Ink); 2] = [("C0/C180", [0, 96, 176]), ("C90/C270", [200, 84, 0])];
+/// The sections and their colours.
+const SECTIONS: [(&str, Role); 2] = [("C0/C180", Role::First), ("C90/C270", Role::Second)];
 
 /// What lies at the left and at the right.
 const SIDES: [&str; 2] = ["C180, C270", "C0, C90"];
 
-/// Where a text stands at its place.
-#[derive(Clone, Copy, PartialEq)]
-enum Anchor {
-    Start,
-    Middle,
-}
-
-enum Item {
-    Line {
-        points: Vec<[f64; 2]>,
-        closed: bool,
-        width: f64,
-        ink: Ink,
-    },
-    /// Its place is the left or middle of its centre line.
-    Text {
-        at: [f64; 2],
-        text: String,
-        font: Font,
-        anchor: Anchor,
-        ink: Ink,
-    },
-}
-
-/// A diagram, ready for either format.
-pub(in crate::report) struct Diagram {
-    size: [f64; 2],
-    items: Vec<Item>,
-    /// What it shows, in words.
-    description: String,
-}
-
-/// Draws a luminaire's diagram.
-pub(in crate::report) fn diagram(photometry: &Photometry, figures: &Figures) -> Diagram {
+/// Draws a luminaire's diagram; `titled`, with its name and a line about it.
+pub(in crate::report) fn diagram(photometry: &Photometry, figures: &Figures, titled: bool) -> Drawing {
     let up = figures.down < 0.999;
-    let centre = [WIDTH / 2.0, TOP + if up { RADIUS } else { SLIVER }];
+    let top = if titled { TOP } else { UNTITLED_TOP };
+    let centre = [WIDTH / 2.0, top + if up { RADIUS } else { SLIVER }];
     let foot = centre[1] + RADIUS + 46.0;
     let name = if photometry.name.is_empty() { "luminaire" } else { &photometry.name };
-    let mut diagram = Diagram {
-        size: [WIDTH, foot + 96.0],
-        items: Vec::new(),
-        description: format!("Polar diagram of the luminous intensity of {name}"),
-    };
-    diagram.head(photometry, figures, name);
+    let description = format!("Polar diagram of the luminous intensity of {name}");
+    let sections = sections(photometry);
+    let mut drawing = Drawing::new([WIDTH, foot + 32.0 + 32.0 * sections as f64], description);
+    if titled {
+        head(&mut drawing, photometry, figures, name);
+    }
     let scale = Scale::new(0.0, figures.largest[0], 4.0);
-    let sections = if photometry.symmetry == Symmetry::Rotational { 1 } else { 2 };
-    diagram.grid(centre, &scale, up, sections);
-    for (section, (_, ink)) in SECTIONS.into_iter().enumerate().take(sections) {
-        let curve = curve(&photometry.intensity, 90.0 * section as f64, centre, RADIUS / outermost(&scale));
-        if section == 0 {
-            diagram.line(curve, true, 3.0, ink);
-        } else {
-            dashes(&curve).into_iter().for_each(|dash| diagram.line(dash, false, 3.0, ink));
+    grid(&mut drawing, centre, &scale, up);
+    if sections > 1 {
+        for (x, side, anchor) in [(32.0, SIDES[0], Anchor::Start), (WIDTH - 32.0, SIDES[1], Anchor::End)] {
+            drawing.text([x, top - 26.0], side, NORMAL, anchor, Role::Quiet);
         }
     }
-    diagram.key(figures, foot, sections);
-    diagram
+    for (section, (_, role)) in SECTIONS.into_iter().enumerate().take(sections) {
+        let pixels = RADIUS / outermost(&scale);
+        let curve = curve(&photometry.intensity, 90.0 * section as f64, centre, pixels, FINE);
+        if section == 0 {
+            drawing.line(curve, true, 3.0, role);
+        } else {
+            dashes(&curve).into_iter().for_each(|dash| drawing.line(dash, false, 3.0, role));
+        }
+    }
+    key(&mut drawing, figures, foot, sections);
+    drawing
+}
+
+/// How many sections a diagram shows: a second one that is the same as the first isn't drawn.
+fn sections(photometry: &Photometry) -> usize {
+    if photometry.symmetry == Symmetry::Rotational { 1 } else { 2 }
+}
+
+/// A diagram the size of a stamp, without words, as an element of a page that has [`STYLE`](super::drawing::STYLE).
+pub(in crate::report) fn small(photometry: &Photometry, figures: &Figures, description: &str) -> String {
+    let radius = SMALL_SIZE / 2.0 - 4.0;
+    let mut svg = format!(
+        "<svg class=\"drawing\" viewBox=\"{0} {0} {SMALL_SIZE} {SMALL_SIZE}\" role=\"img\" aria-label=\"{1}\">\
+         <g fill=\"none\" class=\"stroke-grid\"><circle r=\"{radius}\"/><circle r=\"{2}\"/>\
+         <path d=\"M-{radius},0H{radius}M0,-{radius}V{radius}\"/></g>",
+        -SMALL_SIZE / 2.0,
+        escape(description),
+        radius / 2.0
+    );
+    // The second below the first, which is the one to compare.
+    for (section, (_, role)) in SECTIONS.into_iter().enumerate().take(sections(photometry)).rev() {
+        let pixels = radius / figures.largest[0].max(1e-300);
+        let points = curve(&photometry.intensity, 90.0 * section as f64, [0.0; 2], pixels, COARSE);
+        let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let dash = if section == 1 { " stroke-dasharray=\"5 3\"" } else { "" };
+        let _ = write!(
+            svg,
+            "<polygon points=\"{}\" fill=\"none\" {} stroke-width=\"1.6\" stroke-linejoin=\"round\"{dash}/>",
+            points.join(" "),
+            role.stroke()
+        );
+    }
+    svg + "</svg>\n"
 }
 
 /// Value of the outermost circle: the first tick that is no less than the largest intensity.
@@ -98,8 +107,9 @@ fn outermost(scale: &Scale) -> f64 {
     (scale.high / scale.step - 1e-9).ceil() * scale.step
 }
 
-/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels.
-fn curve(intensity: &Intensity, c: f64, centre: [f64; 2], pixels: f64) -> Vec<[f64; 2]> {
+/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels; points nearer than `least`
+/// to the one before are left out.
+fn curve(intensity: &Intensity, c: f64, centre: [f64; 2], pixels: f64, least: f64) -> Vec<[f64; 2]> {
     let mut angles: Vec<f64> = intensity.angles().to_vec();
     angles.extend((0..=360).map(|half| 0.5 * f64::from(half)));
     let (first, last) = (intensity.angles()[0], intensity.angles()[intensity.angles().len() - 1]);
@@ -113,7 +123,7 @@ fn curve(intensity: &Intensity, c: f64, centre: [f64; 2], pixels: f64) -> Vec<[f
     let right = angles.iter().rev().map(|&gamma| place(c, gamma, 1.0));
     let left = angles.iter().map(|&gamma| place(c + 180.0, gamma, -1.0));
     let mut points: Vec<[f64; 2]> = right.chain(left).collect();
-    points.dedup_by(|next, kept| (next[0] - kept[0]).hypot(next[1] - kept[1]) < 0.05);
+    points.dedup_by(|next, kept| (next[0] - kept[0]).hypot(next[1] - kept[1]) < least);
     points
 }
 
@@ -145,145 +155,73 @@ fn dashes(curve: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
     dashes
 }
 
-impl Diagram {
-    fn line(&mut self, points: Vec<[f64; 2]>, closed: bool, width: f64, ink: Ink) {
-        self.items.push(Item::Line { points, closed, width, ink });
+/// Title, and the luminaire in a line.
+fn head(drawing: &mut Drawing, photometry: &Photometry, figures: &Figures, name: &str) {
+    let room = ((WIDTH - 64.0) / f64::from(TITLE.width("x"))) as usize;
+    drawing.text([32.0, 44.0], shortened(name, room), TITLE, Anchor::Start, Role::Text);
+    let mut facts = vec![photometry.manufacturer.clone(), photometry.catalogue.clone()];
+    facts.push(photometry.format.name().into());
+    facts.push(format!("{} lm", short(figures.flux)));
+    if let Some(power) = photometry.power {
+        facts.push(format!("{} W, {} lm/W", short(power), short(figures.flux / power)));
     }
+    facts.retain(|fact| !fact.is_empty());
+    let room = ((WIDTH - 64.0) / f64::from(NORMAL.width("x"))) as usize;
+    drawing.text([32.0, 84.0], shortened(&facts.join(" · "), room), NORMAL, Anchor::Start, Role::Quiet);
+}
 
-    fn text(&mut self, at: [f64; 2], text: impl Into<String>, font: Font, anchor: Anchor, ink: Ink) {
-        self.items.push(Item::Text { at, text: text.into(), font, anchor, ink });
+/// Circles of equal intensity, rays of equal γ.
+fn grid(drawing: &mut Drawing, [x, y]: [f64; 2], scale: &Scale, up: bool) {
+    let highest = if up { 180 } else { 90 };
+    let ticks = (1..=(outermost(scale) / scale.step).round() as usize).map(|tick| tick as f64 * scale.step);
+    for tick in ticks.clone() {
+        let radius = RADIUS * tick / outermost(scale);
+        let arc = (-highest..=highest).map(|degree| {
+            let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+            [x + radius * sin, y + radius * cos]
+        });
+        let points = arc.collect();
+        drawing.line(points, up, 1.0, Role::Grid);
     }
-
-    /// Title, and the luminaire in a line.
-    fn head(&mut self, photometry: &Photometry, figures: &Figures, name: &str) {
-        let room = ((WIDTH - 64.0) / f64::from(TITLE.width("x"))) as usize;
-        self.text([32.0, 44.0], shortened(name, room), TITLE, Anchor::Start, TEXT);
-        let mut facts = vec![photometry.manufacturer.clone(), photometry.catalogue.clone()];
-        facts.push(photometry.format.name().into());
-        facts.push(format!("{} lm", short(figures.flux)));
-        if let Some(power) = photometry.power {
-            facts.push(format!("{} W, {} lm/W", short(power), short(figures.flux / power)));
+    for gamma in (0..=highest).step_by(30) {
+        let (sin, cos) = f64::from(gamma).to_radians().sin_cos();
+        let sides: &[f64] = if gamma % 180 == 0 { &[1.0] } else { &[1.0, -1.0] };
+        for side in sides {
+            drawing.line(vec![[x, y], [x + side * RADIUS * sin, y + RADIUS * cos]], false, 1.0, Role::Grid);
+            let [away, along] = [RADIUS + 32.0, RADIUS + 22.0];
+            drawing.text(
+                [x + side * away * sin, y + along * cos],
+                format!("{gamma}°"),
+                NORMAL,
+                Anchor::Middle,
+                Role::Quiet,
+            );
         }
-        facts.retain(|fact| !fact.is_empty());
-        let room = ((WIDTH - 64.0) / f64::from(NORMAL.width("x"))) as usize;
-        self.text([32.0, 84.0], shortened(&facts.join(" · "), room), NORMAL, Anchor::Start, QUIET);
     }
+    for tick in ticks {
+        let (sin, cos) = 15_f64.to_radians().sin_cos();
+        let radius = RADIUS * tick / outermost(scale);
+        let label = scale.label(tick);
+        drawing.text([x + radius * sin + 4.0, y + radius * cos - 10.0], label, SMALL, Anchor::Start, Role::Text);
+    }
+    drawing.text([32.0, y + RADIUS], "I, cd", BOLD, Anchor::Start, Role::Text);
+}
 
-    /// Circles of equal intensity, rays of equal γ.
-    fn grid(&mut self, [x, y]: [f64; 2], scale: &Scale, up: bool, sections: usize) {
-        let highest = if up { 180 } else { 90 };
-        let ticks = (1..=(outermost(scale) / scale.step).round() as usize).map(|tick| tick as f64 * scale.step);
-        for tick in ticks.clone() {
-            let radius = RADIUS * tick / outermost(scale);
-            let arc = (-highest..=highest).map(|degree| {
-                let (sin, cos) = f64::from(degree).to_radians().sin_cos();
-                [x + radius * sin, y + radius * cos]
-            });
-            let points = arc.collect();
-            self.line(points, up, 1.0, GRID);
-        }
-        for gamma in (0..=highest).step_by(30) {
-            let (sin, cos) = f64::from(gamma).to_radians().sin_cos();
-            let sides: &[f64] = if gamma % 180 == 0 { &[1.0] } else { &[1.0, -1.0] };
-            for side in sides {
-                self.line(vec![[x, y], [x + side * RADIUS * sin, y + RADIUS * cos]], false, 1.0, GRID);
-                let [away, along] = [RADIUS + 32.0, RADIUS + 22.0];
-                self.text([x + side * away * sin, y + along * cos], format!("{gamma}°"), NORMAL, Anchor::Middle, QUIET);
+/// Which line is which section, and its angles.
+fn key(drawing: &mut Drawing, figures: &Figures, top: f64, sections: usize) {
+    for (section, (name, role)) in SECTIONS.into_iter().enumerate().take(sections) {
+        let y = top + 20.0 + 32.0 * section as f64;
+        if section == 0 {
+            drawing.line(vec![[32.0, y], [80.0, y]], false, 3.0, role);
+        } else {
+            for x in [32.0, 66.0] {
+                drawing.line(vec![[x, y], [x + DASH[0], y]], false, 3.0, role);
             }
         }
-        for tick in ticks {
-            let (sin, cos) = 15_f64.to_radians().sin_cos();
-            let radius = RADIUS * tick / outermost(scale);
-            let label = scale.label(tick);
-            self.text([x + radius * sin + 4.0, y + radius * cos - 10.0], label, SMALL, Anchor::Start, TEXT);
-        }
-        self.text([32.0, y + RADIUS], "I, cd", BOLD, Anchor::Start, TEXT);
-        if sections > 1 {
-            let right = WIDTH - 32.0 - f64::from(NORMAL.width(SIDES[1]));
-            for (x, side) in [32.0, right].into_iter().zip(SIDES) {
-                self.text([x, TOP - 26.0], side, NORMAL, Anchor::Start, QUIET);
-            }
-        }
-    }
-
-    /// Which line is which section, and its angles.
-    fn key(&mut self, figures: &Figures, top: f64, sections: usize) {
-        for (section, (name, ink)) in SECTIONS.into_iter().enumerate().take(sections) {
-            let y = top + 20.0 + 32.0 * section as f64;
-            if section == 0 {
-                self.line(vec![[32.0, y], [80.0, y]], false, 3.0, ink);
-            } else {
-                for x in [32.0, 66.0] {
-                    self.line(vec![[x, y], [x + DASH[0], y]], false, 3.0, ink);
-                }
-            }
-            let name = if sections == 1 { "all C" } else { name };
-            let [beam, field] =
-                [figures.beam[section], figures.field[section]].map(|spread| short(spread.angle().round()));
-            let text = format!("{name}: beam {beam}° (50 %), field {field}° (10 %)");
-            self.text([96.0, y], text, NORMAL, Anchor::Start, TEXT);
-        }
-    }
-
-    /// The diagram as an SVG file.
-    pub(in crate::report) fn svg(&self) -> String {
-        let [width, height] = self.size;
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
-             height=\"{height}\" role=\"img\" \
-             aria-label=\"{0}\" font-family=\"system-ui, 'Segoe UI', Roboto, Arial, sans-serif\">\n\
-             <title>{0}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
-            escape(&self.description)
-        );
-        for item in &self.items {
-            let _ = match item {
-                Item::Line { points, closed, width, ink } => {
-                    let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-                    let element = if *closed { "polygon" } else { "polyline" };
-                    writeln!(
-                        svg,
-                        "<{element} points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" \
-                         stroke-linejoin=\"round\"/>",
-                        points.join(" "),
-                        hex(*ink)
-                    )
-                }
-                Item::Text { at: [x, y], text, font, anchor, ink } => {
-                    let size = 0.85 * f64::from(font.height());
-                    let anchor = if *anchor == Anchor::Start { "start" } else { "middle" };
-                    let weight = if font.is_bold() { " font-weight=\"600\"" } else { "" };
-                    writeln!(
-                        svg,
-                        "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{size:.1}\" \
-                         text-anchor=\"{anchor}\" fill=\"{}\"{weight}>{}\
-                         </text>",
-                        y + 0.35 * size,
-                        hex(*ink),
-                        escape(text)
-                    )
-                }
-            };
-        }
-        svg + "</svg>\n"
-    }
-
-    /// The diagram as a PNG file.
-    pub(in crate::report) fn png(&self) -> io::Result<Vec<u8>> {
-        let [width, height] = self.size.map(|side| side.ceil() as i32);
-        let mut canvas = Canvas::new(width, height, PAPER);
-        for item in &self.items {
-            match item {
-                Item::Line { points, closed, width, ink } => {
-                    let points: Vec<[f32; 2]> = points.iter().map(|point| point.map(|side| side as f32)).collect();
-                    canvas.line(&points, *closed, *width as f32, *ink, 1.0);
-                }
-                Item::Text { at: [x, y], text, font, anchor, ink } => {
-                    let left = if *anchor == Anchor::Start { 0 } else { font.width(text) / 2 };
-                    canvas.text([x.round() as i32 - left, y.round() as i32 - font.height() / 2], text, *font, *ink);
-                }
-            }
-        }
-        canvas.encode()
+        let name = if sections == 1 { "all C" } else { name };
+        let [beam, field] = [figures.beam[section], figures.field[section]].map(|spread| short(spread.angle().round()));
+        let text = format!("{name}: beam {beam}° (50 %), field {field}° (10 %)");
+        drawing.text([96.0, y], text, NORMAL, Anchor::Start, Role::Text);
     }
 }
 
@@ -295,10 +233,6 @@ fn shortened(text: &str, letters: usize) -> String {
     text.chars().take(letters.saturating_sub(3)).collect::<String>() + "..."
 }
 
-fn hex([r, g, b]: Ink) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -306,7 +240,7 @@ mod tests {
     #[test]
     fn an_isotropic_lamp_draws_a_circle() {
         let web = Intensity::new(vec![0.0], vec![0.0, 180.0], vec![10.0; 2]);
-        let circle = curve(&web, 0.0, [50.0, 60.0], 3.0);
+        let circle = curve(&web, 0.0, [50.0, 60.0], 3.0, FINE);
         assert!(circle.iter().all(|[x, y]| ((x - 50.0).hypot(y - 60.0) - 30.0).abs() < 1e-9));
         let length = |line: &[[f64; 2]]| -> f64 {
             line.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
@@ -322,7 +256,7 @@ mod tests {
     #[test]
     fn light_is_drawn_where_it_goes() {
         let web = Intensity::new(vec![0.0, 180.0], vec![0.0, 60.0], vec![0.0, 10.0, 0.0, 0.0]);
-        let curve = curve(&web, 0.0, [0.0, 0.0], 1.0);
+        let curve = curve(&web, 0.0, [0.0, 0.0], 1.0, FINE);
         let (sin, cos) = 60_f64.to_radians().sin_cos();
         let outermost = curve.iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
         assert!((outermost[0] - 10.0 * sin).abs() < 1e-3 && (outermost[1] - 10.0 * cos).abs() < 1e-3, "{outermost:?}");
