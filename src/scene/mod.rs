@@ -6,9 +6,12 @@
 pub mod areas;
 mod assemble;
 mod camera;
+mod emitters;
+mod fallback;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
+mod library;
 pub mod limits;
 mod lines;
 pub mod material;
@@ -29,7 +32,7 @@ use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
 pub use areas::Areas;
-pub use assemble::Dimming;
+pub use assemble::{Dimming, LoadOptions};
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use material::{Dielectric, Material, Sides};

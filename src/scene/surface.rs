@@ -1,6 +1,6 @@
 //! What a material is in the end: the scene file's word first, then the MTL's.
 
-use super::fields::{Placed, listed, quoted};
+use super::fields::{Placed, quoted};
 use super::file::MaterialSection;
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
@@ -188,24 +188,8 @@ fn luminance(name: &str, mtl: &MtlMaterial) -> Result<Option<[f64; 3]>, InputErr
     Err(InputError::new(ke.at.clone(), found, "numbers from 0 up, cd/m²"))
 }
 
-/// Nothing says what these materials reflect.
-pub(crate) fn unset(names: &[Placed<String>], missing_libraries: &[String]) -> InputError {
-    let first = &names[0];
-    let found = match names {
-        [one] => format!("no reflectance for material {}", quoted(&one.value)),
-        _ => format!("no reflectance for materials {}", listed(names.iter().map(|name| name.value.as_str()))),
-    };
-    let expected = "Kd in an MTL file, or a section in the scene file";
-    let cure = format!("add [material.{}] with reflectance = 0.5, say", toml_key(&first.value));
-    let hint = match missing_libraries {
-        [] => cure,
-        files => format!("{cure}; the MTL file {} is missing", listed(files.iter().map(String::as_str))),
-    };
-    InputError::new(first.at.clone(), found, expected).hint(hint)
-}
-
 /// A name as a key of TOML, in quotes only where it needs them.
-fn toml_key(name: &str) -> String {
+pub(crate) fn toml_key(name: &str) -> String {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     if bare { name.to_owned() } else { quoted(name) }
 }
