@@ -8,6 +8,7 @@ use common::{assert_close, mean, run, run_with, scene};
 use luxmap::check::scenes::{another_room, diffuse, panel, point_lamp, polygon, room, solid};
 use luxmap::render::Settings;
 use luxmap::report::Results;
+use luxmap::scene::glazing::Curve;
 use luxmap::scene::plan::{Method, Plan};
 use luxmap::scene::{Glazing, Scene};
 
@@ -32,7 +33,9 @@ fn direct_light_passes_by_the_transmittance_at_its_angle() {
     let lamp = point_lamp("lamp", [0.0, 0.0, 3.0], 4000.0 * PI);
     let forms: [(&str, fn(f64) -> f64); 4] = [
         ("glazing = 0.88", |cos| Glazing::clear([0.88; 3]).at(0, cos)[0]),
-        ("glazing = { transmittance = 0.5, reflectance = 0.3 }", |cos| Glazing::clear([0.5; 3]).at(0, cos)[0]),
+        ("glazing = { transmittance = 0.5, reflectance = 0.3 }", |cos| {
+            Glazing::new([0.5; 3], Some([0.3; 3]), Curve::Clear).at(0, cos)[0]
+        }),
         ("glazing = { curve = [[0, 0.8], [90, 0]] }", |cos| 0.8 * (1.0 - cos.acos().to_degrees() / 90.0)),
         ("glazing = { curve = \"cie171\" }", |c| {
             -0.028_378 + 3.156_075 * c - 3.058_376 * c * c - 1.428_919 * c.powi(3) + 4.014_235 * c.powi(4)

@@ -9,7 +9,11 @@ use luxmap::scene::{Dimming, Scene};
 
 /// Files that must not load, and what is said about them beside a full set of materials.
 const REFUSED: [(&str, &str); 9] = [
-    ("tinyobjloader/invalid-face-definition.obj", ":15: found a face with 1 corners, expected from 3 to 10000"),
+    (
+        "tinyobjloader/invalid-face-definition.obj",
+        ": found an OBJ file without faces that have three corners, expected lines that begin with f; is it an OBJ file, \
+         exported with its faces?",
+    ),
     (
         "tinyobjloader/invalid-relative-texture-index.obj",
         ":2: found vertex 1 in a face, expected a vertex of this file, which has none",

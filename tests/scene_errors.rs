@@ -533,7 +533,8 @@ fn obj_files_that_can_t_be() {
     );
     assert_eq!(
         obj_says(&OBJ.replace("f 1 2 3 4", "f 1 2")),
-        "room.obj:7: found a face with 2 corners, expected from 3 to 10000"
+        "room.obj: found an OBJ file without faces that have three corners, expected lines that begin with f; is it an OBJ \
+         file, exported with its faces?"
     );
     assert_eq!(
         obj_says(&OBJ.replace("f 1 2 3 4", "f 1 2 x")),
@@ -545,7 +546,8 @@ fn obj_files_that_can_t_be() {
     );
     assert_eq!(
         obj_says(&OBJ.replace("usemtl floor", "usemtl")),
-        "room.obj:6: found usemtl without a name, expected usemtl NAME"
+        "room.obj:6: found no reflectance for material \"default\", expected Kd in an MTL file, or a section in the scene file; \
+         add [material.default] with reflectance = 0.5, say; [material.\"*\"] or --reflectance 0.5 speaks for all that are left"
     );
 }
 
@@ -559,22 +561,25 @@ fn materials_without_a_reflectance() {
     assert_eq!(
         obj_says(&OBJ.replace("usemtl floor", "usemtl my floor")),
         "room.obj:6: found no reflectance for material \"my floor\", expected Kd in an MTL file, or a section in the scene \
-         file; add [material.\"my floor\"] with reflectance = 0.5, say"
+         file; add [material.\"my floor\"] with reflectance = 0.5, say; [material.\"*\"] or --reflectance 0.5 speaks for all \
+         that are left"
     );
     assert_eq!(
         obj_says(&OBJ.replace("usemtl floor\n", "").replace("f 1 2 3 4", "f 1 2 3\nusemtl wall\nf 1 3 4")),
         "room.obj:6: found no reflectance for materials \"default\", \"wall\", expected Kd in an MTL file, or a section in \
-         the scene file; add [material.default] with reflectance = 0.5, say"
+         the scene file; add [material.default] with reflectance = 0.5, say; [material.\"*\"] or --reflectance 0.5 speaks for \
+         all that are left"
     );
     assert_eq!(
         obj_says(&OBJ.replace("room.mtl", "else.mtl")),
         "room.obj:6: found no reflectance for material \"floor\", expected Kd in an MTL file, or a section in the scene \
-         file; add [material.floor] with reflectance = 0.5, say; the MTL file \"else.mtl\" is missing"
+         file; add [material.floor] with reflectance = 0.5, say; [material.\"*\"] or --reflectance 0.5 speaks for all that are \
+         left; the MTL file \"else.mtl\" is missing; is it \"room.mtl\", which lies beside the OBJ file?"
     );
     let named = format!("{MESH}{LAMP}{SENSOR}[material.floor]\nreflectance = 0.2\n");
     assert_eq!(
         says_of(&named, &OBJ.replace("room.mtl", "else.mtl"), MTL),
-        "loaded: room.obj:1: MTL file \"else.mtl\" left out (there is no such file)"
+        "loaded: room.obj:1: MTL file \"else.mtl\" left out (there is no such file: looked for else.mtl, in capitals or not)"
     );
 }
 
@@ -628,7 +633,8 @@ fn warnings() {
     assert_eq!(
         mtl_says("newmtl floor\nmap_Kd wood.png\n"),
         "room.obj:6: found no reflectance for material \"floor\", expected Kd in an MTL file, or a section in the scene \
-         file; add [material.floor] with reflectance = 0.5, say"
+         file; add [material.floor] with reflectance = 0.5, say; [material.\"*\"] or --reflectance 0.5 speaks for all that are \
+         left"
     );
     assert_eq!(
         says_of(
@@ -652,10 +658,17 @@ fn warnings() {
         "loaded: scene.toml:12: roughness of material \"floor\" left out; it is smooth glass"
     );
     assert_eq!(
-        mtl_says("newmtl floor\nKd 0.2\nKs 0.3\nKe 5\nillum 3\n"),
+        mtl_says("newmtl floor\nKd 0.2\nKs 0.3\nKe 500\nillum 3\n"),
         "loaded: material \"floor\" both shines and mirrors"
     );
-    assert_eq!(obj_says(&format!("{OBJ}f 1 2 2\nf 1 2 2\n")), "loaded: room.obj: 2 triangles without area left out");
+    assert_eq!(
+        obj_says(&format!("{OBJ}v 2 0 0\nf 1 2 5\nf 5 2 1\n")),
+        "loaded: room.obj: 2 triangles without area left out"
+    );
+    assert_eq!(
+        obj_says(&format!("{OBJ}f 1 2 2\nf 1 2\n")),
+        "loaded: room.obj:8: 2 faces with fewer than three different corners left out, the first of them here"
+    );
     assert_eq!(
         says(&format!("{MESH}{LAMP}{}", PLANE.replace("[0, 0, 0]", "[0, 0, -5]"))),
         "loaded: plane \"floor\" is wholly outside the mesh's bounding box"

@@ -260,8 +260,8 @@ fn a_large_file_is_the_same_room_as_a_small_one() {
     let toml = format!("[[mesh]]\nfile = \"room.obj\"\n{LAMP}{SENSOR}");
     let remark = format!("# {}\n", "long remark ".repeat(100));
     let padding = remark.repeat((17 << 20) / remark.len());
-    // The face that comes before one of its vertices is what the reader of large files leaves to the other.
-    for rest in ["v 3 4 0\nf -1 3 2\n", "f 2 4 3\nv 3 4 0\n"] {
+    // A face may come before one of its vertices; a number of many digits is what the reader of large files leaves to the other.
+    for rest in ["v 3 4 0\nf -1 3 2\n", "f 2 4 3\nv 3 4 0\n", "v 3 4 0\nf 00000000000000000002 4 3\n"] {
         let small = load(&toml, &format!("{TRIANGLE}{rest}"), GREY);
         let obj = format!("{TRIANGLE}{padding}{rest}");
         let large = load(&toml, &obj, GREY);

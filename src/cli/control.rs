@@ -11,7 +11,7 @@ use crate::error::{Error, InputError, Location};
 use crate::input;
 use crate::report::Claim;
 use crate::report::control::{Simulation, json, table, write};
-use crate::scene::{Dimming, Scene};
+use crate::scene::Dimming;
 
 /// Largest script read, bytes.
 const LARGEST: u64 = 16 << 20;
@@ -69,9 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let (influence, claim) = match &arguments.influence {
         Some(path) => {
             let influence = Influence::read(path)?;
-            if Scene::load_with(&arguments.scene, &arguments.include.folders, &Dimming::Full)?.hash
-                != influence.scene_sha256
-            {
+            if arguments.include.load_dimmed(&arguments.scene, &Dimming::Full)?.hash != influence.scene_sha256 {
                 let (path, scene) = (path.display(), arguments.scene.display());
                 warnings.push(format!(
                     "{path} is of another scene than {scene} as it is now; targets and light are of the former"
@@ -104,7 +102,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 /// The matrix of a scene, by a run as of `luxmap influence`.
 fn computed(arguments: &Arguments, folder: &Path) -> Result<Found, Error> {
     let include = arguments.include.folders.iter().map(|folder| format!("--include={}", folder.display()));
-    let options: Vec<String> = include.chain(arguments.quiet.then(|| "--quiet".to_owned())).collect();
+    let reflectance = arguments.include.reflectance.map(|[r, g, b]| format!("--reflectance={r},{g},{b}"));
+    let quiet = arguments.quiet.then(|| "--quiet".to_owned());
+    let options: Vec<String> = include.chain(reflectance).chain(quiet).collect();
     let arguments = render::parse(&options, &arguments.scene).map_err(|error| Error::Usage(sentence(&error)))?;
     influence::found(&arguments, folder)
 }

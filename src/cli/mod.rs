@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
-use crate::scene::{Dimming, Scene};
+use crate::scene::{Dimming, LoadOptions, Scene};
 
 /// How bright is a room: photon-mapped illuminance in lux.
 #[derive(Parser)]
@@ -48,12 +48,28 @@ enum Command {
     Check(check::Arguments),
 }
 
-/// Where files may lie that a scene names.
+/// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves open.
 #[derive(clap::Args)]
 struct Include {
     /// Let the scene name files in this folder, not only in the scene file's own; repeatable.
     #[arg(long = "include", value_name = "DIR")]
     folders: Vec<PathBuf>,
+    /// Reflectance of materials that neither the scene file nor an MTL file gives one: a number or r,g,b; wins over the scene
+    /// file's [material."*"].
+    #[arg(long, value_name = "RHO", value_parser = reflectance, allow_negative_numbers = true)]
+    reflectance: Option<[f64; 3]>,
+}
+
+/// One number for all channels, or one each.
+fn reflectance(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    let rgb = match numbers.as_deref() {
+        Some(&[grey]) => Some([grey; 3]),
+        Some(&[r, g, b]) => Some([r, g, b]),
+        _ => None,
+    };
+    let rgb = rgb.filter(|rgb| rgb.iter().all(|part| (0.0..=1.0).contains(part)));
+    rgb.ok_or_else(|| "expected a number from 0 to 1, or three as r,g,b".to_owned())
 }
 
 impl Include {
@@ -66,7 +82,9 @@ impl Include {
         if let Some(folder) = self.folders.iter().find(no_folder) {
             return Err(Error::Usage(format!("--include: found {}, expected a folder", folder.display())));
         }
-        Scene::load_with(scene, &self.folders, dimming)
+        let options =
+            LoadOptions { include: self.folders.clone(), dimming: dimming.clone(), reflectance: self.reflectance };
+        Scene::load_as(scene, &options)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,15 +11,18 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::emitters;
+use super::fallback::Fallback;
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
 use super::glass;
-use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
+use super::library::{Library, check_names, unset};
+use super::limits::{LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
-use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
+use super::obj::foreign::{self, HEAD};
 use super::obj::large::CUT;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
@@ -52,8 +55,32 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`]; also where a level is given to a luminaire that the scene doesn't have.
     pub fn load_with(path: &Path, include: &[PathBuf], dimming: &Dimming) -> Result<Self, Error> {
-        Ok(load(path, Reach::of(path, include), dimming)?)
+        let options = LoadOptions { include: include.to_vec(), dimming: dimming.clone(), reflectance: None };
+        Self::load_as(path, &options)
     }
+
+    /// The same, with all that the command line may add to a scene file.
+    ///
+    /// # Errors
+    /// As [`Scene::load_with`]; also where the reflectance is none.
+    pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
+        if let Some(reflectance) = options.reflectance.filter(|rgb| !rgb.iter().all(|n| (0.0..=1.0).contains(n))) {
+            return Err(Error::Usage(format!("--reflectance: found {reflectance:?}, expected numbers from 0 to 1")));
+        }
+        Ok(load(path, options)?)
+    }
+}
+
+/// What is said of a scene beside its file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Folders whose files the scene may name, besides its own.
+    pub include: Vec<PathBuf>,
+    /// At which levels its luminaires are.
+    pub dimming: Dimming,
+    /// What those materials reflect by Lambert's law of which neither a section of the scene nor an MTL file says it: before
+    /// what `[material."*"]` says of them. Part of the scene's hash.
+    pub reflectance: Option<[f64; 3]>,
 }
 
 /// At which levels luminaires are.
@@ -101,12 +128,19 @@ impl Dimming {
 }
 
 /// Why a file that is named can't be read, though it may be there.
-const OUTSIDE: &str = "it lies outside the scene's folder";
+pub(super) const OUTSIDE: &str = "it lies outside the scene's folder";
 /// What to do about that.
 const INCLUDE: &str = "--include DIR allows files of another folder";
 
-fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputError> {
-    let mut reader = Reader { reach, hash: Sha256::new(), warnings: Vec::new(), textures: HashMap::new() };
+fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
+    let LoadOptions { include, dimming, reflectance } = options;
+    let mut reader = Reader {
+        reach: Reach::of(path, include),
+        hash: Sha256::new(),
+        warnings: Vec::new(),
+        textures: HashMap::new(),
+        fallback: None,
+    };
     let bytes = input::read(path, LARGEST_SCENE)
         .map(|bytes| reader.hashed(bytes))
         .map_err(|error| input::why(&error))
@@ -117,6 +151,7 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
         InputError::new(Location::line(path, line), "bytes that are no UTF-8", "text in UTF-8")
     })?;
     let file = SceneFile::parse(path, &text)?;
+    reader.fallback = Fallback::of(&file.materials, *reflectance);
     let meshes = reader.meshes(path, &file)?;
     let lamps = reader.lamps(path, &file)?;
     let fixtures = fixture::spread(&file.luminaires, &lamps, dimming)?;
@@ -159,6 +194,8 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
         return Err(InputError::new(Location::file(path), found, expected));
     }
     let mut warnings = reader.warnings;
+    warnings.extend(reader.fallback.as_ref().and_then(Fallback::told));
+    emitters::warn(&parts.luminaires, &parts.mesh, &parts.materials, &mut warnings);
     if let Some(bounds) = mesh_bounds {
         warn_of_outsiders(&bounds, &file, &fixtures, &mut warnings);
     }
@@ -166,6 +203,7 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
     let surfaces = file.surfaces.iter().zip(&parts.chosen);
     let surfaces = surfaces.map(|(section, chosen)| section.measured(chosen, &parts.mesh)).collect::<Result<_, _>>()?;
     reader.hash.update(dimming.words());
+    reader.hash.update(reflectance.map_or_else(String::new, |rgb| format!("reflectance {rgb:?}")));
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let mut scene = Scene {
         name: file.name.unwrap_or(stem),
@@ -231,17 +269,22 @@ struct PlacedMesh {
 }
 
 /// Reads files, and remembers what they were.
-struct Reader {
-    reach: Reach,
+pub(super) struct Reader {
+    pub(super) reach: Reach,
     hash: Sha256,
-    warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// Mean colour of each texture read, or why there is none.
     textures: HashMap<PathBuf, Result<[f64; 3], String>>,
+    /// What materials are that nothing is said of.
+    fallback: Option<Fallback>,
 }
+
+/// What the scene file says of each material.
+pub(super) type Sections<'a> = HashMap<&'a str, &'a MaterialSection>;
 
 impl Reader {
     /// The bytes of a file that the scene names, which become part of its hash; else why not, in words.
-    fn read(&mut self, path: &Path, largest: u64) -> Result<Vec<u8>, String> {
+    pub(super) fn read(&mut self, path: &Path, largest: u64) -> Result<Vec<u8>, String> {
         if !self.reach.holds(path) {
             return Err(OUTSIDE.to_owned());
         }
@@ -259,23 +302,25 @@ impl Reader {
         let folder = path.parent().unwrap_or(Path::new(""));
         let (mut known, mut groups) = (BTreeSet::new(), BTreeSet::new());
         let asked = measured::groups_asked(&file.surfaces);
+        let sections: Sections = file.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         let mut objs = Vec::new();
         for section in &file.meshes {
             let obj_path = folder.join(&section.file.value);
-            let obj = match self.large_obj(&obj_path, section, &asked) {
+            let mut obj = match self.large_obj(&obj_path, section, &asked)? {
                 Some(obj) => obj,
                 None => self.obj(&obj_path, section, &asked)?,
             };
-            let library = self.library(&obj_path, &obj.libraries)?;
+            let library = self.library(&obj_path, &obj, &sections)?;
+            obj.without_comments(&obj_path, &|name| sections.contains_key(name) || library.holds(name));
+            self.warnings.append(&mut obj.notes);
             known.extend(obj.named.iter().cloned());
             known.extend(obj.materials.iter().map(|material| material.value.clone()));
-            known.extend(library.materials.keys().cloned());
+            known.extend(library.names().map(str::to_owned));
             groups.extend(obj.groups.named.iter().cloned());
             objs.push((section, obj_path, obj, library));
         }
         check_names(&file.materials, &known)?;
         measured::check_names(&file.surfaces, &known, &groups)?;
-        let sections: HashMap<&str, &MaterialSection> = file.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         objs.into_iter()
             .map(|(section, path, obj, library)| self.place(section, path, obj, &library, &sections))
             .collect()
@@ -290,20 +335,35 @@ impl Reader {
     }
 
     /// A large OBJ file, if it is one without faults; then its bytes become part of the scene's hash as in `read`.
-    fn large_obj(&mut self, path: &Path, section: &MeshSection, asked: &BTreeSet<String>) -> Option<Obj> {
-        let metadata = fs::metadata(path).ok()?;
-        if !metadata.is_file() || !(LARGE_OBJ..=LARGEST_OBJ).contains(&metadata.len()) || !self.reach.holds(path) {
-            return None;
+    ///
+    /// # Errors
+    /// Where it is a file of another format, which need not be read whole.
+    fn large_obj(
+        &mut self,
+        path: &Path,
+        section: &MeshSection,
+        asked: &BTreeSet<String>,
+    ) -> Result<Option<Obj>, InputError> {
+        let metadata = fs::metadata(path).ok().filter(fs::Metadata::is_file);
+        let Some(length) = metadata.map(|metadata| metadata.len()).filter(|n| (LARGE_OBJ..=LARGEST_OBJ).contains(n))
+        else {
+            return Ok(None);
+        };
+        let Some(mut file) = self.reach.holds(path).then(|| File::open(path).ok()).flatten() else { return Ok(None) };
+        let mut head = Vec::new();
+        if file.by_ref().take(HEAD as u64).read_to_end(&mut head).is_err() || file.rewind().is_err() {
+            return Ok(None);
         }
+        foreign::refuse(path, &head, length, "an OBJ file")?;
         let mut hash = self.hash.clone();
-        hash.update(metadata.len().to_le_bytes());
-        let mut source = Hashed { file: File::open(path).ok()?, hash, bytes: 0 };
-        let obj = Obj::read_large(path, &mut source, CUT, section.placement.metres_per_unit, asked)?;
-        if source.bytes != metadata.len() {
-            return None;
+        hash.update(length.to_le_bytes());
+        let mut source = Hashed { file, hash, bytes: 0 };
+        let obj = Obj::read_large(path, &mut source, length, CUT, section.placement.metres_per_unit, asked);
+        let obj = obj.filter(|_| source.bytes == length);
+        if obj.is_some() {
+            self.hash = source.hash;
         }
-        self.hash = source.hash;
-        Some(obj)
+        Ok(obj)
     }
 
     /// What each [[luminaire]] is, photometric files read once each.
@@ -347,32 +407,6 @@ impl Reader {
         Ok((Arc::new(web.named(source)), shape))
     }
 
-    /// The materials of all MTL files that an OBJ names.
-    fn library(&mut self, obj: &Path, requests: &[Placed<String>]) -> Result<Library, InputError> {
-        let mut library = Library::default();
-        let mut seen = BTreeSet::new();
-        for request in requests {
-            for (name, path) in library_paths(obj, &request.value) {
-                if !seen.insert(path.clone()) {
-                    continue;
-                }
-                match self.read(&path, LARGEST_MTL) {
-                    Ok(bytes) => {
-                        let materials = mtl::parse(&path, &bytes)?;
-                        library
-                            .materials
-                            .extend(materials.into_iter().map(|material| (material.name.clone(), material)));
-                    }
-                    Err(why) => {
-                        self.warnings.push(format!("{}: MTL file {} left out ({why})", request.at, quoted(&name)));
-                        library.missing.push(name);
-                    }
-                }
-            }
-        }
-        Ok(library)
-    }
-
     /// Mean colour of a texture that an MTL file names.
     fn texture(&mut self, file: &Placed<String>) -> Result<[f64; 3], String> {
         let folder = file.at.file.parent().unwrap_or(Path::new(""));
@@ -395,13 +429,15 @@ impl Reader {
         path: PathBuf,
         obj: Obj,
         library: &Library,
-        sections: &HashMap<&str, &MaterialSection>,
+        sections: &Sections<'_>,
     ) -> Result<PlacedMesh, InputError> {
         let mut surfaces = Vec::with_capacity(obj.materials.len());
-        let mut unset = Vec::new();
+        let (mut left, mut other_names) = (Vec::new(), Vec::new());
         for name in &obj.materials {
-            let section = sections.get(name.value.as_str()).copied();
-            let mtl = library.materials.get(&name.value);
+            let mtl = library.find(&name.value);
+            let mtl_name = mtl.map(|mtl| mtl.name.as_str()).filter(|other| *other != name.value);
+            other_names.extend(mtl_name.map(|other| format!("{} as {}", quoted(&name.value), quoted(other))));
+            let section = sections.get(name.value.as_str()).or_else(|| sections.get(mtl_name?)).copied();
             let texture = match (surface::texture(section, mtl), mtl) {
                 (Some(file), Some(mtl)) => {
                     let colour = self.texture(file);
@@ -410,13 +446,23 @@ impl Reader {
                 }
                 _ => None,
             };
-            match surface::resolve(&name.value, section, mtl, texture, &mut self.warnings)? {
+            let mut surface = surface::resolve(&name.value, section, mtl, texture, &mut self.warnings)?;
+            if let (None, Some(fallback)) = (&surface, &mut self.fallback) {
+                let section = fallback.section_of(&name.value, section);
+                surface = surface::resolve(&name.value, Some(&section), mtl, None, &mut self.warnings)?;
+            }
+            match surface {
                 Some(surface) => surfaces.push(surface),
-                None => unset.push(name.clone()),
+                None => left.push(name.clone()),
             }
         }
-        if !unset.is_empty() {
-            return Err(surface::unset(&unset, &library.missing));
+        if !left.is_empty() {
+            return Err(unset(&left, library));
+        }
+        if !other_names.is_empty() {
+            let names = other_names.join(", ");
+            self.warnings
+                .push(format!("{}: materials found in its MTL file in another spelling: {names}", path.display()));
         }
         let transform = section.placement.transform();
         let Obj { mut vertices, mut triangles, mut material_of, groups, materials, .. } = obj;
@@ -470,48 +516,6 @@ fn opening_of(opening: &LuminousOpening) -> Shape {
         Form::CylinderAlongC90 => Shape::Solid(Solid::Cylinder, [a, b, c], 1),
         Form::Ellipsoid => Shape::Solid(Solid::Ellipsoid, [a, b, c], 2),
     }
-}
-
-/// What the MTL files of an OBJ say.
-#[derive(Default)]
-struct Library {
-    materials: HashMap<String, MtlMaterial>,
-    missing: Vec<String>,
-}
-
-/// Where the files of a `mtllib` line may be: the whole line as one name, which may hold blanks, else word by word.
-fn library_paths(obj: &Path, request: &str) -> Vec<(String, PathBuf)> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    let find = |name: &str| {
-        let path = folder.join(name);
-        // Windows programs write folders with backslashes.
-        let path = if path.is_file() { path } else { folder.join(name.replace('\\', "/")) };
-        (name.to_owned(), path)
-    };
-    let whole = find(request);
-    // Some programs write a blank within a name as "\\ ".
-    let request = request.replace("\\ ", "\0");
-    let words: Vec<_> = request.split_whitespace().map(|word| find(&word.replace('\0', " "))).collect();
-    if words.len() > 1 && !whole.1.is_file() && words.iter().any(|(_, path)| path.is_file()) {
-        words
-    } else {
-        vec![whole]
-    }
-}
-
-/// Refuses a `[material.NAME]` that no mesh knows.
-fn check_names(sections: &[MaterialSection], known: &BTreeSet<String>) -> Result<(), InputError> {
-    let Some(stranger) = sections.iter().find(|section| !known.contains(&section.name)) else { return Ok(()) };
-    let found = format!("unknown material {}", quoted(&stranger.name));
-    let names = || known.iter().map(String::as_str);
-    if known.is_empty() {
-        return Err(InputError::new(stranger.at.clone(), found, "a [[mesh]] that uses it"));
-    }
-    let error = InputError::new(stranger.at.clone(), found, format!("one that a mesh uses: {}", listed(names())));
-    Err(match closest(&stranger.name, names()) {
-        Some(near) => error.hint(format!("did you mean {}?", quoted(near))),
-        None => error,
-    })
 }
 
 /// The parts of a scene that share one list of triangles, local coordinates.

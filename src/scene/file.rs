@@ -61,6 +61,7 @@ pub(crate) struct MeshSection {
 }
 
 /// A `[material.NAME]`; [`material`](super::material) tells what its keys mean.
+#[derive(Clone)]
 pub(crate) struct MaterialSection {
     pub(crate) name: String,
     pub(crate) at: Location,
@@ -71,6 +72,23 @@ pub(crate) struct MaterialSection {
     pub(crate) sides: Sides,
     pub(crate) dielectric: Option<Dielectric>,
     pub(crate) glazing: Option<Glazing>,
+}
+
+impl MaterialSection {
+    /// A section that says nothing but what is reflected by Lambert's law.
+    pub(crate) fn reflecting(name: &str, at: Location, reflectance: [f64; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            reflectance: Some(Placed { value: reflectance, at: at.clone() }),
+            at,
+            specular: None,
+            roughness: None,
+            transmittance: None,
+            sides: Sides::Two,
+            dielectric: None,
+            glazing: None,
+        }
+    }
 }
 
 /// A `[[luminaire]]`.

@@ -6,11 +6,14 @@
 pub mod areas;
 mod assemble;
 mod camera;
+mod emitters;
+mod fallback;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
 mod glass;
 pub mod glazing;
+mod library;
 pub mod limits;
 mod lines;
 pub mod material;
@@ -31,7 +34,7 @@ use glam::DVec3;
 
 use crate::luminaire::{Luminaire, Opening};
 pub use areas::Areas;
-pub use assemble::Dimming;
+pub use assemble::{Dimming, LoadOptions};
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use glazing::Glazing;

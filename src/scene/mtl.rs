@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::fields::{Placed, quoted};
 use super::lines::{Feed, Lines, is_plain, keyword, text, words};
+use super::obj::foreign;
 use crate::error::{InputError, Location};
 
 /// A material of an MTL file, as written: ranges are checked where the values are used.
@@ -41,6 +42,7 @@ impl MtlMaterial {
 
 /// Materials of the MTL file at `path`, in its order; of two with one name the later counts.
 pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, InputError> {
+    foreign::refuse(path, bytes, bytes.len() as u64, "an MTL file")?;
     let mut tidy = Tidy {
         path,
         lines: Lines::new(bytes),
@@ -162,7 +164,9 @@ impl Tidy<'_> {
             ("Kd" | "Ks" | "Ke" | "Tf", rgb) if rgb.len() >= 3 => &rgb[..3],
             // d may carry -halo before its number.
             ("d", [.., number]) => &[number],
-            ("Ni" | "Tr" | "illum", [number, ..]) => &[number],
+            ("Ni" | "Tr", [number, ..]) => &[number],
+            // Some programs write 2.0 for 2.
+            ("illum", [number, ..]) => &[whole(number)],
             _ => {
                 let found = quoted(&format!("{key} {}", text(rest)));
                 let count = if key.starts_with('K') || key == "Tf" { "one or three numbers" } else { "a number" };
@@ -181,6 +185,14 @@ impl Tidy<'_> {
         }
         out.push(b'\n');
         Ok(())
+    }
+}
+
+/// A number without the zeros behind its point.
+fn whole(number: &[u8]) -> &[u8] {
+    match number.iter().position(|&byte| byte == b'.') {
+        Some(point) if point > 0 && number[point + 1..].iter().all(|&byte| byte == b'0') => &number[..point],
+        _ => number,
     }
 }
 

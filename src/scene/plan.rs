@@ -3,8 +3,9 @@
 use std::fmt;
 
 use super::fields::listed;
-use super::{Measure, PlaneKind, Scene};
+use super::{Measure, PlaneKind, Scene, emitters};
 use crate::luminaire::LightGroups;
+use crate::report::number::short;
 
 /// How illuminance is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,6 +108,9 @@ impl Plan {
         for (source, count, flux) in measured(scene) {
             let luminaires = if count == 1 { "1 luminaire".into() } else { format!("{count} luminaires") };
             decide(true, "measured photometry", format!("{source}: {luminaires}, {flux:.0} lm in all"));
+        }
+        for why in emitting(scene) {
+            decide(true, "emitting faces", why);
         }
         let bright = scene.materials.iter().find(|material| !material.is_black());
         let bounces = match bright {
@@ -238,6 +242,20 @@ fn measured(scene: &Scene) -> Vec<(&str, usize, f64)> {
         }
     }
     files
+}
+
+/// What the `Ke` of emitting faces came to; the brightest in a line each, the rest together.
+fn emitting(scene: &Scene) -> Vec<String> {
+    const MOST: usize = 12;
+    let emitters = emitters::of(&scene.luminaires);
+    let (first, rest) = emitters.split_at(emitters.len().min(MOST));
+    let mut told: Vec<String> =
+        first.iter().map(|emitter| format!("{}: Ke taken as {}", emitter.luminaire.name, emitter.told())).collect();
+    if !rest.is_empty() {
+        let flux: f64 = rest.iter().map(|emitter| emitter.luminaire.flux.0).sum();
+        told.push(format!("{} more: {} lm in all", rest.len(), short(flux)));
+    }
+    told
 }
 
 impl fmt::Display for Plan {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::fields::{Placed, listed, quoted, toml_key};
+use super::fields::{Placed, quoted, toml_key};
 use super::file::MaterialSection;
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
@@ -194,20 +194,4 @@ fn luminance(name: &str, mtl: &MtlMaterial) -> Result<Option<[f64; 3]>, InputErr
     let [r, g, b] = ke.value;
     let found = format!("Ke {r} {g} {b} in material {}", quoted(name));
     Err(InputError::new(ke.at.clone(), found, "numbers from 0 up, cd/m²"))
-}
-
-/// Nothing says what these materials reflect.
-pub(crate) fn unset(names: &[Placed<String>], missing_libraries: &[String]) -> InputError {
-    let first = &names[0];
-    let found = match names {
-        [one] => format!("no reflectance for material {}", quoted(&one.value)),
-        _ => format!("no reflectance for materials {}", listed(names.iter().map(|name| name.value.as_str()))),
-    };
-    let expected = "Kd in an MTL file, or a section in the scene file";
-    let cure = format!("add [material.{}] with reflectance = 0.5, say", toml_key(&first.value));
-    let hint = match missing_libraries {
-        [] => cure,
-        files => format!("{cure}; the MTL file {} is missing", listed(files.iter().map(String::as_str))),
-    };
-    InputError::new(first.at.clone(), found, expected).hint(hint)
 }

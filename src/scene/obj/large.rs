@@ -2,11 +2,12 @@
 //!
 //! What comes out is what `tobj` makes of the same file, to the bit: each run of faces of one material has vertices of its
 //! own, in the order in which its faces first name them. Whatever is wrong or unusual ends the reading with `None`, and
-//! [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a face that stands
-//! above one of its vertices, a vertex number of more than 18 digits, a line of more than 64 MiB.
+//! [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a vertex number of more
+//! than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with `\r` alone.
 //!
 //! Three batches of blocks are under way at once: while one is read and hashed, the one before is parsed and the one before
-//! that joined to the mesh. So memory holds the mesh and some 30 MB of the file.
+//! that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one of its
+//! vertices, it and all that follows wait for the file's end, as numbers.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -18,7 +19,8 @@ use rayon::prelude::*;
 use super::super::fields::{FARTHEST, Placed};
 use super::super::lines::{Lines, keyword, text, words};
 use super::super::measured::Groups;
-use super::{MOST_CORNERS, Names, Obj, number};
+use super::foreign::{self, HEAD};
+use super::{MOST_CORNERS, Names, Obj, number, spans};
 use crate::error::InputError;
 
 /// How the file is cut.
@@ -37,17 +39,23 @@ pub(crate) const CUT: Cut = Cut { block: 1 << 20, blocks: 8 };
 const LONGEST_LINE: usize = 64 << 20;
 
 impl Obj {
-    /// Reads a large OBJ file from `source`, as [`Obj::parse`] would; `None` if that must do it, for good or ill.
+    /// Reads a large OBJ file of `length` bytes from `source`, as [`Obj::parse`] would; `None` if that must do it, for good or
+    /// ill.
     pub(crate) fn read_large(
         path: &Path,
-        source: impl Read + Send,
+        mut source: impl Read + Send,
+        length: u64,
         cut: Cut,
         metres_per_unit: f64,
         asked: &BTreeSet<String>,
     ) -> Option<Self> {
         let with_groups = !asked.is_empty();
+        let mut head = Vec::with_capacity(HEAD);
+        source.by_ref().take(HEAD as u64).read_to_end(&mut head).ok()?;
+        foreign::refuse(path, &head, length, "").ok()?;
+        let source = head.as_slice().chain(source);
         let mut source = Source { source, cut, rest: Vec::new(), first: true, ended: false };
-        let mut joined = Joined::new(path, FARTHEST / metres_per_unit, Groups::asking(asked));
+        let mut joined = Joined::new(path, FARTHEST / metres_per_unit, Groups::asking(asked), cut.blocks);
         let mut texts = source.batch()?;
         let mut blocks = Vec::new();
         while !(texts.is_empty() && blocks.is_empty()) {
@@ -104,14 +112,19 @@ impl<R: Read> Source<R> {
                 return None;
             }
         }
-        if std::mem::take(&mut self.first) && block.starts_with(b"\xef\xbb\xbf") {
-            block.drain(..3);
+        if std::mem::take(&mut self.first) {
+            if self.ended && !block.contains(&b'\n') && block.contains(&b'\r') {
+                return None;
+            }
+            if block.starts_with(b"\xef\xbb\xbf") {
+                block.drain(..3);
+            }
         }
         Some(block)
     }
 }
 
-/// Behind the last line that no backslash joins to the next.
+/// Behind the last line that no backslash may join to the next.
 fn last_line_end(block: &[u8]) -> Option<usize> {
     let mut end = block.len();
     loop {
@@ -130,20 +143,27 @@ struct Block {
     faces: Vec<Face>,
     /// Corners of all faces, one after another.
     corners: Vec<Corner>,
+    /// How many vertices there must be for those corners that count from the file's beginning.
+    needed: i64,
+    /// Whether a face counts some vertices from the file's beginning and some from below: only once the block's place is known
+    /// can be said whether they differ.
+    mixed: bool,
+    /// Lines of faces left out for want of three different corners, ascending.
+    dropped: Vec<u32>,
     orders: Vec<Order>,
-    /// Of the first face.
-    first_line: usize,
     lines: usize,
+    /// Vertices before the block, once that is known.
+    before: usize,
 }
 
 struct Face {
     corners: u32,
-    /// Vertices above it in its block.
-    above: u32,
+    /// In its block.
+    line: u32,
 }
 
 /// A vertex number from 0 on: within the file, or, less [`IN_BLOCK`], within the block, negative above its beginning.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Corner(i64);
 
 /// Far from any number a file may hold.
@@ -177,13 +197,9 @@ impl Block {
                     continue;
                 }
                 b"f" => {
-                    if block.faces.is_empty() {
-                        block.first_line = line;
-                    }
-                    block.face(rest)?;
+                    block.face(rest, line as u32)?;
                     continue;
                 }
-                b"usemtl" if rest.is_empty() => return None,
                 b"usemtl" => Kind::Material,
                 b"mtllib" => Kind::Library,
                 b"g" if with_groups => Kind::Group,
@@ -196,15 +212,56 @@ impl Block {
         Some(block)
     }
 
-    fn face(&mut self, rest: &[u8]) -> Option<()> {
+    fn face(&mut self, rest: &[u8], line: u32) -> Option<()> {
         let before = self.corners.len();
-        let above = self.positions.len();
+        let above = self.positions.len() as i64;
+        let (mut needed, mut from_below) = (0, 0);
         for word in words(rest) {
-            self.corners.push(Corner::parse(word, above as i64)?);
+            let corner = Corner::parse(word, above)?;
+            if corner.counts_from_below() {
+                from_below += 1;
+            } else {
+                needed = needed.max(corner.0 + 1);
+            }
+            self.corners.push(corner);
         }
-        let corners = self.corners.len() - before;
-        self.faces.push(Face { corners: corners as u32, above: above as u32 });
-        (3..=MOST_CORNERS).contains(&corners).then_some(())
+        let own = &self.corners[before..];
+        if own.len() > MOST_CORNERS {
+            return None;
+        }
+        if !spans(own) {
+            self.corners.truncate(before);
+            self.dropped.push(line);
+            return Some(());
+        }
+        self.mixed |= from_below > 0 && from_below < own.len();
+        self.needed = self.needed.max(needed);
+        self.faces.push(Face { corners: own.len() as u32, line });
+        Some(())
+    }
+
+    /// Leaves out the faces whose corners turn out to be the same, once it is known how many vertices stand before the block.
+    fn settle(&mut self) {
+        let faces = std::mem::take(&mut self.faces);
+        let corners = std::mem::take(&mut self.corners);
+        let mut rest = corners.as_slice();
+        let mut orders = self.orders.iter_mut().peekable();
+        for (index, face) in faces.into_iter().enumerate() {
+            while let Some(order) = orders.next_if(|order| order.faces == index) {
+                order.faces = self.faces.len();
+            }
+            let (own, others) = rest.split_at(face.corners as usize);
+            rest = others;
+            let numbers: Vec<i64> = own.iter().map(|corner| corner.within_file(self.before)).collect();
+            if spans(&numbers) {
+                self.corners.extend_from_slice(own);
+                self.faces.push(face);
+            } else {
+                self.dropped.push(face.line);
+            }
+        }
+        orders.for_each(|order| order.faces = self.faces.len());
+        self.dropped.sort_unstable();
     }
 }
 
@@ -246,11 +303,16 @@ impl Corner {
         }
     }
 
-    /// Number of the vertex within the file, with `before` vertices before the block and `above` above the face in all.
+    /// Whether it counts from below: `-1` is the vertex last read.
     #[inline]
-    fn within_file(self, before: usize, above: usize) -> Option<usize> {
-        let number = if self.0 > IN_BLOCK / 2 { self.0 - IN_BLOCK + before as i64 } else { self.0 };
-        usize::try_from(number).ok().filter(|&number| number < above)
+    fn counts_from_below(self) -> bool {
+        self.0 > IN_BLOCK / 2
+    }
+
+    /// Number of the vertex within the file, be it there or not, with `before` vertices before the block.
+    #[inline]
+    fn within_file(self, before: usize) -> i64 {
+        if self.counts_from_below() { self.0 - IN_BLOCK + before as i64 } else { self.0 }
     }
 }
 
@@ -270,6 +332,10 @@ struct Joined<'a> {
     faces: usize,
     lines: usize,
     names: Names<'a>,
+    /// From the first block on that names vertices which stand below it.
+    waiting: Vec<Block>,
+    /// Blocks that are joined at once.
+    batch: usize,
 }
 
 /// The faces of a block, their corners numbered as the mesh does.
@@ -284,7 +350,7 @@ struct Faces {
 const NONE: u32 = u32::MAX;
 
 impl<'a> Joined<'a> {
-    fn new(path: &'a Path, farthest: f64, groups: Groups) -> Self {
+    fn new(path: &'a Path, farthest: f64, groups: Groups, batch: usize) -> Self {
         Self {
             farthest,
             positions: Vec::new(),
@@ -296,11 +362,29 @@ impl<'a> Joined<'a> {
             faces: 0,
             lines: 0,
             names: Names::new(path, groups),
+            waiting: Vec::new(),
+            batch,
         }
     }
 
     /// Adds blocks, in the order of the file.
     fn add(&mut self, blocks: Vec<Block>) -> Option<()> {
+        let mut ready = Vec::with_capacity(blocks.len());
+        for mut block in blocks {
+            block.before = self.positions.len();
+            self.positions.extend_from_slice(&std::mem::take(&mut block.positions));
+            if self.waiting.is_empty() && block.needed <= self.positions.len() as i64 {
+                ready.push(block);
+            } else {
+                self.waiting.push(block);
+            }
+        }
+        self.new_number.resize(self.positions.len(), NONE);
+        self.join(ready)
+    }
+
+    /// Adds the faces of blocks whose vertices are known.
+    fn join(&mut self, blocks: Vec<Block>) -> Option<()> {
         let (first_face, first_vertex) = (self.faces, self.vertices.len());
         let faces = blocks.into_iter().map(|block| self.number(block)).collect::<Option<Vec<_>>>()?;
         let inside = |vertex: &DVec3| vertex.abs().max_element() <= self.farthest;
@@ -321,11 +405,14 @@ impl<'a> Joined<'a> {
         Some(())
     }
 
-    /// Adds a block's vertices and names, and numbers the corners of its faces.
-    fn number(&mut self, block: Block) -> Option<Faces> {
-        let before = self.positions.len();
-        self.positions.extend_from_slice(&block.positions);
-        self.new_number.resize(self.positions.len(), NONE);
+    /// Adds a block's names, and numbers the corners of its faces.
+    fn number(&mut self, mut block: Block) -> Option<Faces> {
+        if block.mixed {
+            block.settle();
+        }
+        if let Some(&first) = block.dropped.first() {
+            self.names.drop_faces(block.dropped.len(), self.lines + first as usize);
+        }
         let mut corners = Vec::with_capacity(block.corners.len());
         let mut stretches = Vec::new();
         let mut rest = block.corners.as_slice();
@@ -339,18 +426,18 @@ impl<'a> Joined<'a> {
             if end == face {
                 break;
             }
-            let material = self.names.number(self.lines + block.first_line);
+            let material = self.names.number(self.lines + block.faces[face].line as usize);
             if self.run.is_none_or(|(current, _)| current != material) {
                 self.run = Some((material, self.vertices.len()));
             }
             let first_of_run = self.run.map_or(0, |(_, first)| first);
             stretches.push((end - face, material));
-            for Face { corners: count, above } in &block.faces[face..end] {
+            for Face { corners: count, .. } in &block.faces[face..end] {
                 let (own, others) = rest.split_at(*count as usize);
                 rest = others;
                 for corner in own {
-                    let number = corner.within_file(before, before + *above as usize)?;
-                    let known = &mut self.new_number[number];
+                    let number = usize::try_from(corner.within_file(block.before)).ok()?;
+                    let known = self.new_number.get_mut(number)?;
                     if *known == NONE || (*known as usize) < first_of_run {
                         *known = u32::try_from(self.vertices.len()).ok().filter(|&number| number != NONE)?;
                         self.vertices.push(self.positions[number]);
@@ -375,7 +462,11 @@ impl<'a> Joined<'a> {
         }
     }
 
-    fn finish(self) -> Option<Obj> {
+    fn finish(mut self) -> Option<Obj> {
+        let mut waiting = std::mem::take(&mut self.waiting).into_iter();
+        while waiting.len() > 0 {
+            self.join(waiting.by_ref().take(self.batch).collect())?;
+        }
         let Self { vertices, triangles, material_of, names, .. } = self;
         (self.faces > 0).then(|| Obj::new(vertices, triangles, material_of, names))
     }
@@ -419,7 +510,7 @@ pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
         (
             (bits, obj.triangles.clone(), obj.material_of.clone()),
             (places(&obj.materials), places(&obj.libraries), obj.named.clone()),
-            (ranges, obj.groups.named.clone()),
+            (ranges, obj.groups.named.clone(), obj.notes.clone()),
         )
     };
     let path = Path::new("mesh.obj");
@@ -427,7 +518,7 @@ pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     let usual = Obj::parse(path, text, 0.5, &asked);
     let cuts: &[_] = if text.len() < 4096 { &[(1, 1), (7, 3), (64, 2), (1 << 20, 1)] } else { &[(1000, 3)] };
     let taken = cuts.iter().map(|&(block, blocks)| {
-        let large = Obj::read_large(path, text, Cut { block, blocks }, 0.5, &asked);
+        let large = Obj::read_large(path, text, text.len() as u64, Cut { block, blocks }, 0.5, &asked);
         if let Some(large) = &large {
             let usual = usual.as_ref().expect("only a good file is taken");
             assert!(told(large) == told(usual), "the readers differ on {}", String::from_utf8_lossy(text));
@@ -447,153 +538,4 @@ pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    /// Whether the large reader took a text, and whether it had to.
-    fn compare(text: &[u8]) -> (bool, bool) {
-        let (usual, taken) = read_obj_both_ways(text);
-        (taken, usual.is_ok())
-    }
-
-    fn coordinate() -> impl Strategy<Value = String> {
-        prop_oneof![
-            4 => (-3_i32..4).prop_map(|n| n.to_string()),
-            2 => "[+-]?[0-9]{1,8}\\.[0-9]{0,9}",
-            1 => "-?[0-9]{1,3}\\.[0-9]{1,18}",
-            1 => "-?[0-9]\\.[0-9]{1,6}[eE][+-]?[0-8]",
-        ]
-    }
-
-    /// One line, for each number of vertices that stand above it.
-    #[derive(Clone, Debug)]
-    enum Line {
-        Vertex(Vec<String>),
-        /// Corners as parts of the vertices above, whether counted from below, and what stands behind the slash.
-        Face(Vec<(f64, bool, &'static str)>),
-        Other(&'static str),
-    }
-
-    fn line() -> impl Strategy<Value = Line> {
-        let behind = prop::sample::select(vec!["", "", "/1", "/1/2", "//2", "/"]);
-        let other = prop::sample::select(vec![
-            "usemtl wall",
-            "usemtl  floor tiles ",
-            "usemtl wall",
-            "usemtl W\u{e4}nde",
-            "mtllib some.mtl",
-            "g a",
-            "g c a",
-            "g b c",
-            "g",
-            "o b c",
-            "o d",
-            "vn 0 0 1",
-            "vt 0.5 0.5",
-            "s off",
-            "# v 1 2 3",
-            "# comment \\",
-            "",
-            "l 1 2 3",
-            "\u{feff}v 1 2 3",
-        ]);
-        prop_oneof![
-            5 => prop::collection::vec(coordinate(), 3..8).prop_map(Line::Vertex),
-            4 => prop::collection::vec((0.0..1.0, any::<bool>(), behind), 3..7).prop_map(Line::Face),
-            2 => other.prop_map(Line::Other),
-        ]
-    }
-
-    /// A text, with three vertices at its beginning, so that every face has some to name.
-    fn text_of(lines: &[Line], ends: &[u8]) -> String {
-        let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-        let mut above = 3;
-        for (number, line) in lines.iter().enumerate() {
-            let end = ends[number % ends.len()];
-            // Between words of a line: blanks, or a backslash that joins two lines.
-            let between = if end & 4 != 0 { " \\\n\t" } else { "  " };
-            match line {
-                Line::Vertex(words) => {
-                    let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
-                    if let [_, _, _, w] = words.as_mut_slice() {
-                        // Neither 0 nor so small that the vertex lies too far out.
-                        *w = ["1", "2.5", "-3e0", "0.5"][number % 4];
-                    }
-                    text += &format!("v {}", words.join(between));
-                    above += 1;
-                }
-                Line::Face(corners) => {
-                    text += "f";
-                    for &(part, from_below, behind) in corners {
-                        let vertex = 1 + (part * f64::from(above)) as i32;
-                        let vertex = if from_below { vertex - 1 - above } else { vertex };
-                        text += &format!("{between}{vertex}{behind}");
-                    }
-                }
-                Line::Other(other) => text += other,
-            }
-            if end & 2 != 0 && !matches!(line, Line::Other(_)) {
-                text += " # nice";
-            }
-            text += if end & 1 != 0 { "\r\n" } else { "\n" };
-        }
-        text
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
-
-        #[test]
-        fn both_readers_tell_the_same(
-            lines in prop::collection::vec(line(), 1..40),
-            ends in prop::collection::vec(0_u8..8, 1..9),
-        ) {
-            let text = text_of(&lines, &ends);
-            let (taken, good) = compare(text.as_bytes());
-            prop_assert_eq!(taken, good, "{}", text);
-            prop_assert_eq!(good, lines.iter().any(|line| matches!(line, Line::Face(_))));
-        }
-
-        /// Whatever a few wrong bytes do, the large reader takes no file that the other refuses, nor reads it otherwise.
-        #[test]
-        fn damaged_files_are_never_read_otherwise(
-            lines in prop::collection::vec(line(), 1..12),
-            ends in prop::collection::vec(0_u8..8, 1..9),
-            damage in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"-+.09eE/ \\#\nvfn\xc3\0".to_vec())), 1..5),
-        ) {
-            let mut text = text_of(&lines, &ends).into_bytes();
-            for (place, byte) in damage {
-                let place = place.index(text.len());
-                text[place] = byte;
-            }
-            compare(&text);
-        }
-    }
-
-    #[test]
-    fn odd_files_are_left_to_the_other_reader() {
-        let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        for odd in [
-            "f 1 2 4\nv 1 1 1\n",
-            "f 1 2 0\n",
-            "f 1 2\n",
-            "f 1 2 -9\n",
-            "f 1 /2 3\n",
-            "f 1 2 9999999999999999999\n",
-            "v 1 2\n",
-            "v 1 2 nan\n",
-            "v 1 2 3 0\n",
-            "v 1 2 1e999\n",
-            "v 1 2 3 x\n",
-            "usemtl\n",
-            "v 1e12 0 0\nf 1 2 4\n",
-        ] {
-            assert!(!compare(format!("{triangle}{odd}").as_bytes()).0, "{odd}");
-        }
-        assert_eq!(compare(b"v 0 0 0\n"), (false, false), "no faces");
-        assert_eq!(compare(format!("\u{feff}{triangle}").as_bytes()), (true, true), "a byte order mark");
-        assert_eq!(compare(format!("{triangle}v 1e12 0 0").as_bytes()), (true, true), "far out, but no face's");
-    }
-}
+mod tests;

@@ -1,15 +1,18 @@
 //! OBJ files: faces and the names of their materials.
 
+pub(crate) mod foreign;
 pub(crate) mod large;
 mod number;
 
 use std::collections::{BTreeSet, HashMap};
+use std::io::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::fields::{FARTHEST, Placed, quoted};
-use super::lines::{Feed, Lines, is_plain, keyword, text, words};
+use super::fields::{FARTHEST, Placed, listed, quoted};
+use super::lines::{Feed, Lines, is_plain, keyword, text, without_comment, words};
 use super::measured::Groups;
 use super::polygon;
 use crate::error::{InputError, Location};
@@ -28,9 +31,11 @@ pub(crate) struct Obj {
     pub(crate) libraries: Vec<Placed<String>>,
     /// The groups asked for, and their triangles.
     pub(crate) groups: Groups,
+    /// What was left out or guessed, in words.
+    pub(crate) notes: Vec<String>,
 }
 
-/// Material of faces that stand before any `usemtl`.
+/// Material of faces that stand before any `usemtl`, or below one without a name.
 pub(crate) const DEFAULT_MATERIAL: &str = "default";
 
 /// Most corners of a face: clipping ears takes time by their square.
@@ -38,8 +43,34 @@ const MOST_CORNERS: usize = 10_000;
 
 impl Obj {
     fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, material_of: Vec<u32>, names: Names<'_>) -> Self {
+        let notes = names.notes();
         let Names { used: materials, named, libraries, groups, .. } = names;
-        Self { vertices, triangles, material_of, materials, named, libraries, groups }
+        Self { vertices, triangles, material_of, materials, named, libraries, groups, notes }
+    }
+
+    /// Takes the comments off those names of materials that nobody knows, where without it somebody does.
+    pub(crate) fn without_comments(&mut self, path: &Path, known: &dyn Fn(&str) -> bool) {
+        let mut taken_off = Vec::new();
+        let (mut materials, mut number_of) = (Vec::<Placed<String>>::new(), HashMap::new());
+        let mut new_numbers = Vec::with_capacity(self.materials.len());
+        for mut material in std::mem::take(&mut self.materials) {
+            let plain = without_comment(&material.value).to_owned();
+            if plain != material.value && !known(&material.value) && known(&plain) {
+                taken_off.push(std::mem::replace(&mut material.value, plain.clone()));
+                self.named.insert(plain);
+            }
+            let number = *number_of.entry(material.value.clone()).or_insert(materials.len() as u32);
+            if number as usize == materials.len() {
+                materials.push(material);
+            }
+            new_numbers.push(number);
+        }
+        self.materials = materials;
+        if !taken_off.is_empty() {
+            self.material_of.par_iter_mut().for_each(|material| *material = new_numbers[*material as usize]);
+            let names = listed(taken_off.iter().map(String::as_str));
+            self.notes.push(format!("{}: comments taken off the names of materials: {names}", path.display()));
+        }
     }
 
     /// Reads the OBJ file at `path`; `metres_per_unit` only serves to refuse what lies too far out. Of the groups only
@@ -50,6 +81,7 @@ impl Obj {
         metres_per_unit: f64,
         asked: &BTreeSet<String>,
     ) -> Result<Self, InputError> {
+        foreign::refuse(path, bytes, bytes.len() as u64, "an OBJ file")?;
         let mut tidy = Tidy::new(path, bytes, Groups::asking(asked));
         let options = tobj::LoadOptions { single_index: true, ..Default::default() };
         let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
@@ -58,9 +90,11 @@ impl Obj {
         if let Some(error) = refused {
             return Err(error);
         }
-        let (models, _) = loaded.map_err(|error| at_fault(path, bytes, error, line))?;
+        let (models, _) = loaded.map_err(|_| at_fault(path, bytes, line))?;
         if faces == 0 {
-            let error = InputError::new(Location::file(path), "an OBJ file without faces", "lines that begin with f");
+            let few = if names.dropped > 0 { " that have three corners" } else { "" };
+            let found = format!("an OBJ file without faces{few}");
+            let error = InputError::new(Location::file(path), found, "lines that begin with f");
             return Err(error.hint("is it an OBJ file, exported with its faces?"));
         }
 
@@ -131,6 +165,11 @@ struct Names<'a> {
     named: BTreeSet<String>,
     libraries: Vec<Placed<String>>,
     groups: Groups,
+    /// Line of the first `usemtl` without a name.
+    nameless: Option<usize>,
+    /// Faces left out since they have no area whatever their vertices, and the line of the first.
+    dropped: usize,
+    first_dropped: usize,
 }
 
 impl<'a> Names<'a> {
@@ -143,11 +182,18 @@ impl<'a> Names<'a> {
             named: BTreeSet::new(),
             libraries: Vec::new(),
             groups,
+            nameless: None,
+            dropped: 0,
+            first_dropped: 0,
         }
     }
 
     /// A line `usemtl`; whether it is another material than before.
-    fn material(&mut self, name: String, line: usize) -> bool {
+    fn material(&mut self, mut name: String, line: usize) -> bool {
+        if name.is_empty() || name == "#" || name.starts_with("# ") {
+            self.nameless.get_or_insert(line);
+            DEFAULT_MATERIAL.clone_into(&mut name);
+        }
         let other = self.current.value != name;
         self.current = Placed { value: name.clone(), at: Location::line(self.path, line) };
         self.named.insert(name);
@@ -171,17 +217,61 @@ impl<'a> Names<'a> {
         self.used.push(first);
         number
     }
+
+    /// Faces with fewer than three different corners, the first of them in this line.
+    fn drop_faces(&mut self, count: usize, line: usize) {
+        if self.dropped == 0 && count > 0 {
+            self.first_dropped = line;
+        }
+        self.dropped += count;
+    }
+
+    /// What was left out or guessed.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.dropped > 0 {
+            let (faces, first) = match self.dropped {
+                1 => ("1 face".to_owned(), ""),
+                faces => (format!("{faces} faces"), ", the first of them here"),
+            };
+            let at = Location::line(self.path, self.first_dropped);
+            notes.push(format!("{at}: {faces} with fewer than three different corners left out{first}"));
+        }
+        if let (Some(line), true) = (self.nameless, self.number_of.contains_key(DEFAULT_MATERIAL)) {
+            let at = Location::line(self.path, line);
+            let material = quoted(DEFAULT_MATERIAL);
+            notes.push(format!("{at}: usemtl without a name: the faces below are of material {material}"));
+        }
+        notes
+    }
 }
 
-/// The lines that `tobj` gets to see: vertices without colours, faces without textures and normals, materials by number.
+/// Whether corners are enough for a face: three that differ.
+#[inline]
+fn spans<T: PartialEq>(corners: &[T]) -> bool {
+    let Some((first, rest)) = corners.split_first() else { return false };
+    let mut others = rest.iter().filter(|corner| *corner != first);
+    let second = others.next();
+    second.is_some_and(|second| others.any(|corner| corner != second))
+}
+
+/// The lines that `tobj` gets to see: vertices without colours, all of them first, as faces may stand above theirs; then faces
+/// without textures and normals, counted from the file's beginning, and materials by number.
 struct Tidy<'a> {
     path: &'a Path,
+    bytes: &'a [u8],
     lines: Lines<'a>,
     /// Number of the line last read.
     line: usize,
     /// Why reading ended early.
     refused: Option<InputError>,
+    /// Vertices of the file, once all are read.
+    vertices: Option<usize>,
+    /// Vertices that stand above the line.
+    above: usize,
     faces: usize,
+    /// Corners of the face in hand, vertices counted from 0.
+    corners: Vec<i128>,
     /// Whether `tobj` knows what the last `usemtl` says.
     told: bool,
     names: Names<'a>,
@@ -191,28 +281,39 @@ impl<'a> Tidy<'a> {
     fn new(path: &'a Path, bytes: &'a [u8], groups: Groups) -> Self {
         Self {
             path,
+            bytes,
             lines: Lines::new(bytes),
             line: 0,
             refused: None,
+            vertices: None,
+            above: 0,
             faces: 0,
+            corners: Vec::new(),
             told: false,
             names: Names::new(path, groups),
         }
     }
 
     fn next(&mut self, out: &mut Vec<u8>) -> bool {
-        let Some((number, line)) = self.lines.next() else { return false };
+        let Some((number, line)) = self.lines.next() else { return self.rewind() };
         self.line = number;
         let (key, rest) = keyword(&line);
-        let tidied = match key {
-            b"v" => self.vertex(rest, out),
-            b"f" => self.face(rest, out),
-            b"usemtl" => self.material(rest),
-            b"mtllib" => {
+        let tidied = match (key, self.vertices) {
+            (b"v", known) => {
+                self.above += 1;
+                if known.is_none() { self.vertex(rest, out) } else { Ok(()) }
+            }
+            (_, None) => Ok(()),
+            (b"f", Some(vertices)) => self.face(rest, vertices, out),
+            (b"usemtl", _) => {
+                self.told &= !self.names.material(text(rest), number);
+                Ok(())
+            }
+            (b"mtllib", _) => {
                 self.names.library(text(rest), number);
                 Ok(())
             }
-            b"g" | b"o" => {
+            (b"g" | b"o", _) => {
                 self.names.groups.line(usize::from(key == b"o"), &text(rest), self.faces);
                 Ok(())
             }
@@ -220,6 +321,16 @@ impl<'a> Tidy<'a> {
         };
         self.refused = tidied.err();
         self.refused.is_none()
+    }
+
+    /// After the vertices all the rest; whether there is more to come.
+    fn rewind(&mut self) -> bool {
+        let first_time = self.vertices.is_none();
+        if first_time {
+            self.vertices = Some(std::mem::take(&mut self.above));
+            self.lines = Lines::new(self.bytes);
+        }
+        first_time
     }
 
     fn here(&self) -> Location {
@@ -246,41 +357,67 @@ impl<'a> Tidy<'a> {
         Ok(())
     }
 
-    fn face(&mut self, rest: &[u8], out: &mut Vec<u8>) -> Result<(), InputError> {
-        let corners = words(rest).count();
-        if !(3..=MOST_CORNERS).contains(&corners) {
-            let expected = format!("from 3 to {MOST_CORNERS}");
-            return Err(InputError::new(self.here(), format!("a face with {corners} corners"), expected));
+    fn face(&mut self, rest: &[u8], vertices: usize, out: &mut Vec<u8>) -> Result<(), InputError> {
+        let count = words(rest).count();
+        if count > MOST_CORNERS {
+            let found = format!("a face with {count} corners");
+            return Err(InputError::new(self.here(), found, format!("from 3 to {MOST_CORNERS}")));
+        }
+        self.corners.clear();
+        for word in words(rest) {
+            let corner = self.corner(word, rest, vertices)?;
+            self.corners.push(corner);
+        }
+        if !spans(&self.corners) {
+            self.names.drop_faces(1, self.line);
+            return Ok(());
+        }
+        if let Some(corner) = self.corners.iter().position(|corner| !(0..vertices as i128).contains(corner)) {
+            return Err(self.no_vertex(words(rest).nth(corner).unwrap_or_default(), vertices));
         }
         self.faces += 1;
         if !self.told {
             self.tell_material(out);
         }
         out.push(b'f');
-        for word in words(rest) {
-            let vertex = word.split(|&byte| byte == b'/').next().unwrap_or_default();
-            if vertex.is_empty() {
-                let found = format!("the corner {} without a vertex", quoted(&text(word)));
-                return Err(InputError::new(self.here(), found, "a vertex number, as in f 1/1/1 2/2/1 3/3/1"));
-            }
-            if !is_plain(vertex) {
-                return Err(InputError::new(self.here(), quoted(&format!("f {}", text(rest))), CORNERS));
-            }
-            out.push(b' ');
-            out.extend_from_slice(vertex);
+        for corner in &self.corners {
+            write!(out, " {}", corner + 1).expect("memory takes it");
         }
         out.push(b'\n');
         Ok(())
     }
 
-    fn material(&mut self, rest: &[u8]) -> Result<(), InputError> {
-        if rest.is_empty() {
-            return Err(InputError::new(self.here(), "usemtl without a name", "usemtl NAME"));
+    /// The vertex that a corner names, counted from 0, be it there or not.
+    fn corner(&self, word: &[u8], rest: &[u8], vertices: usize) -> Result<i128, InputError> {
+        let vertex = vertex_of(word);
+        if vertex.is_empty() {
+            let found = format!("the corner {} without a vertex", quoted(&text(word)));
+            return Err(InputError::new(self.here(), found, "a vertex number, as in f 1/1/1 2/2/1 3/3/1"));
         }
-        if self.names.material(text(rest), self.line) {
-            self.told = false;
+        match str::from_utf8(vertex).ok().and_then(|vertex| vertex.parse::<i128>().ok()) {
+            Some(0) => Err(self.no_vertex(word, vertices)),
+            Some(number) if number > 0 => Ok(number - 1),
+            Some(number) => Ok(self.above as i128 + number),
+            None => Err(InputError::new(self.here(), quoted(&format!("f {}", text(rest))), CORNERS)),
         }
-        Ok(())
+    }
+
+    /// Refuses a corner that names no vertex.
+    fn no_vertex(&self, word: &[u8], vertices: usize) -> InputError {
+        let index = text(vertex_of(word));
+        let below = index.starts_with('-');
+        let digits = index.trim_start_matches(['-', '+', '0']);
+        let expected = match self.above {
+            _ if vertices == 0 => "a vertex of this file, which has none".to_owned(),
+            0 if below => format!("1 … {vertices}, as no vertex stands above"),
+            above if below && !digits.is_empty() => format!("no less than -{above}, as {above} vertices stand above"),
+            _ => format!("1 … {vertices}"),
+        };
+        let error = InputError::new(self.here(), format!("vertex {index} in a face"), expected);
+        if vertices > 0 && digits.is_empty() {
+            return error.hint("OBJ counts from 1");
+        }
+        error
     }
 
     /// Makes `tobj` give the material's number in `used` to the faces that follow.
@@ -306,48 +443,15 @@ fn is_finite_number(word: &[u8]) -> bool {
     str::from_utf8(word).is_ok_and(|word| word.parse::<f64>().is_ok_and(f64::is_finite))
 }
 
-/// What is wrong with the line at which `tobj` stopped, or with the first index out of range.
-fn at_fault(path: &Path, bytes: &[u8], error: tobj::LoadError, stopped_at: usize) -> InputError {
-    if error == tobj::LoadError::FaceVertexOutOfBounds {
-        return bad_index(path, bytes);
-    }
-    let line = Lines::new(bytes).find(|&(number, _)| number == stopped_at).map(|(_, line)| line).unwrap_or_default();
-    let expected = match keyword(&line).0 {
-        b"v" => POSITION,
-        b"f" => CORNERS,
-        _ => "a line of an OBJ file",
-    };
-    InputError::new(Location::line(path, stopped_at), quoted(&text(&line)), expected)
+/// The vertex number of a corner, such as the first of `1/2/3`.
+fn vertex_of(corner: &[u8]) -> &[u8] {
+    corner.split(|&byte| byte == b'/').next().unwrap_or_default()
 }
 
-/// The first vertex number that names no vertex. Only called once it is known that there is one.
-fn bad_index(path: &Path, bytes: &[u8]) -> InputError {
-    let is_vertex = |line: &[u8]| keyword(line).0 == b"v";
-    let count = Lines::new(bytes).filter(|(_, line)| is_vertex(line)).count();
-    let mut so_far = 0;
-    for (number, line) in Lines::new(bytes) {
-        so_far += usize::from(is_vertex(&line));
-        if keyword(&line).0 != b"f" {
-            continue;
-        }
-        for corner in words(keyword(&line).1) {
-            let index = text(corner.split(|&byte| byte == b'/').next().unwrap_or_default());
-            let refuse = |expected: String| {
-                InputError::new(Location::line(path, number), format!("vertex {index} in a face"), expected)
-            };
-            let (last, before) = (count as i128, so_far as i128);
-            match index.parse::<i128>() {
-                Ok(_) if count == 0 => return refuse("a vertex of this file, which has none".to_owned()),
-                Ok(0) => return refuse(format!("1 … {last}")).hint("OBJ counts from 1"),
-                Ok(i) if i > last => return refuse(format!("1 … {last}")),
-                Ok(i) if i < -before => {
-                    return refuse(format!("no less than -{before}, as {before} vertices stand above"));
-                }
-                _ => {}
-            }
-        }
-    }
-    InputError::new(Location::file(path), "a face whose vertex doesn't exist", "vertex numbers within the file")
+/// What is wrong with the line at which `tobj` stopped: a vertex.
+fn at_fault(path: &Path, bytes: &[u8], stopped_at: usize) -> InputError {
+    let line = Lines::new(bytes).find(|&(number, _)| number == stopped_at).map(|(_, line)| line).unwrap_or_default();
+    InputError::new(Location::line(path, stopped_at), quoted(&text(&line)), POSITION)
 }
 
 /// The first vertex that is not finite, or too far out. Only called once it is known that there is one.
