@@ -746,7 +746,7 @@ impl<'a, const C: usize> Engine<'a, C> {
             let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
-            PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
+            PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
         });
         let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
         let area = (0..looked_at).map(|triangle| triangle_area(&scene.mesh.corners(triangle))).sum();
@@ -780,7 +780,7 @@ fn watched<'a, const C: usize>(
 }
 
 /// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
-/// they see nothing.
+/// they see nothing. What is far counts as near: a glimpse of ground 10 km off must not make the patches of the room coarse.
 fn mean_sight<const C: usize>(
     run: &Rendering<'_, C>,
     places: &[Place<C>],
@@ -809,7 +809,7 @@ fn mean_sight<const C: usize>(
         };
         let hit = start.and_then(|(start, direction)| caster.closest_hit(start, direction, f32::INFINITY));
         if let Some(hit) = hit {
-            sum += f64::from(hit.distance);
+            sum += f64::from(hit.distance).min(run.scene.near.horizon());
             count += 1.0;
         }
     }

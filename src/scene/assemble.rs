@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,12 +17,13 @@ use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE,
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
+use super::near::Triangles;
 use super::obj::Obj;
 use super::obj::large::CUT;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
-use super::{Material, MeasuringPlane, Scene};
+use super::{Material, MeasuringPlane, Near, Scene};
 use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
 use crate::input;
@@ -122,19 +122,21 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
 
     let mesh_bounds = meshes.iter().map(|mesh| Bounds::around_all(&mesh.vertices)).fold(None, Bounds::joined);
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
-    let centre = bounds.centre();
+    let near = surroundings(&meshes, &fixtures, &file, bounds);
+    let centre = near.origin(bounds);
 
     let chosen = vec![Vec::new(); file.surfaces.len()];
     let mut parts = Parts { centre, chosen, ..Default::default() };
     let mut emitters = Vec::new();
-    for mesh in meshes {
+    for mut mesh in meshes {
+        mesh.cut_large(&near);
         parts.add_mesh(mesh, &file.surfaces, &mut emitters, &mut reader.warnings);
     }
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
     // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along the
-    // aim, by 1e-5 of half the scene's extent: 36 µm in a room of 7 m, some 150 steps of f32 there, and nothing to the
+    // aim: by 36 µm in a room of 7 m, whatever lies about it, which is some 150 steps of f32 there, and nothing to the
     // illuminance.
-    let shift = 1e-5 * bounds.largest_extent() / 2.0;
+    let shift = near.shift(bounds);
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
         let body = parts.add_body(&fixture);
@@ -159,7 +161,7 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
     }
     let mut warnings = reader.warnings;
     if let Some(bounds) = mesh_bounds {
-        warn_of_outsiders(&bounds, &file, &fixtures, &mut warnings);
+        warn_of_outsiders(&bounds, 1e-6 * near.extent(), &file, &fixtures, &mut warnings);
     }
 
     let surfaces = file.surfaces.iter().zip(&parts.chosen);
@@ -171,6 +173,7 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
         file: path.to_owned(),
         hash: reader.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
         centre,
+        near: near.local(centre),
         mesh: Arc::new(parts.mesh),
         materials: parts.materials,
         luminaires: parts.luminaires,
@@ -212,6 +215,22 @@ fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) ->
     bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
 }
 
+/// What is measured with its surroundings, world coordinates; `whole` is the box around everything.
+fn surroundings(meshes: &[PlacedMesh], fixtures: &[Fixture], file: &SceneFile, whole: Bounds) -> Near {
+    let planes = file.planes.iter().flat_map(plane_corners);
+    let sensors = file.sensors.iter().map(|sensor| sensor.position);
+    let faces = meshes.iter().flat_map(|mesh| file.surfaces.iter().map(move |section| (mesh, section)));
+    let faces = faces.flat_map(|(mesh, section)| mesh.corners(mesh.chosen(section)));
+    let measured = Bounds::around(planes.chain(sensors).chain(faces));
+    let eyes = || Bounds::around(file.cameras.iter().map(|camera| camera.eye));
+    let emitting = meshes.iter().flat_map(PlacedMesh::emitting);
+    let lamps = fixtures.iter().filter_map(|fixture| Bounds::around(fixture.extremes()));
+    match measured.or_else(eyes) {
+        Some(measured) => Near::of(measured, lamps.chain(emitting).collect(), whole),
+        None => Near::everything(),
+    }
+}
+
 fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
     let MeasuringPlane { corner, along, across, .. } = *plane;
     [corner, corner + along, corner + across, corner + along + across]
@@ -225,6 +244,52 @@ struct PlacedMesh {
     material_of: Vec<u32>,
     surfaces: Vec<Surface>,
     groups: Groups,
+    /// How many triangles the file has; pieces of large ones come behind.
+    faces: usize,
+}
+
+impl PlacedMesh {
+    /// The file's triangles that a measured surface is made of, ascending.
+    fn chosen(&self, section: &SurfaceSection) -> Vec<usize> {
+        let is_wanted = |surface: &Surface| {
+            section.material.as_ref().is_none_or(|name| name.value == surface.material.name)
+        };
+        let wanted: Vec<bool> = self.surfaces.iter().map(is_wanted).collect();
+        if !wanted.contains(&true) {
+            return Vec::new();
+        }
+        let ranges = match &section.group {
+            Some(group) => self.groups.ranges(&group.value, self.faces),
+            None => std::iter::once(0..self.faces).collect(),
+        };
+        ranges.into_iter().flatten().filter(|&index| wanted[self.material_of[index] as usize]).collect()
+    }
+
+    /// The box around the faces of each material that emits.
+    fn emitting(&self) -> Vec<Bounds> {
+        let mut boxes = vec![None; self.surfaces.len()];
+        if self.surfaces.iter().any(|surface| surface.luminance.is_some()) {
+            for (triangle, &material) in self.triangles.iter().zip(&self.material_of) {
+                if self.surfaces[material as usize].luminance.is_some() {
+                    let around = Bounds::around(triangle.map(|vertex| self.vertices[vertex as usize]));
+                    boxes[material as usize] = Bounds::joined(boxes[material as usize], around);
+                }
+            }
+        }
+        boxes.into_iter().flatten().collect()
+    }
+
+    fn corners(&self, triangles: Vec<usize>) -> impl Iterator<Item = DVec3> {
+        triangles.into_iter().flat_map(|index| self.triangles[index]).map(|vertex| self.vertices[vertex as usize])
+    }
+
+    /// Cuts what is far larger than the scene's core; emitting faces stay whole, so that they are as few as in the file.
+    fn cut_large(&mut self, near: &Near) {
+        let Self { vertices, triangles, material_of, surfaces, .. } = self;
+        near.cut_large(Triangles { vertices, triangles, material_of }, |material| {
+            surfaces[material as usize].luminance.is_some()
+        });
+    }
 }
 
 /// Reads files, and remembers what they were.
@@ -418,7 +483,8 @@ impl Reader {
         let transform = section.placement.transform();
         let Obj { mut vertices, triangles, material_of, groups, .. } = obj;
         vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
-        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
+        let faces = triangles.len();
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, faces })
     }
 }
 
@@ -556,7 +622,8 @@ impl Parts {
         emitters: &mut Vec<Emitter>,
         warnings: &mut Vec<String>,
     ) {
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups } = mesh;
+        let chosen: Vec<Vec<usize>> = measured.iter().map(|section| mesh.chosen(section)).collect();
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, .. } = mesh;
         let centre = self.centre;
         vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
         let first = self.add_vertices(&vertices);
@@ -575,25 +642,13 @@ impl Parts {
         // What is measured or shines: most triangles of most scenes do neither.
         let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
         let number = |index: usize| (self.mesh.triangles.len() + kept(index)) as u32;
-        let with_area =
-            |range: Range<usize>| range.filter(|index| flat.is_empty() || flat.binary_search(index).is_err());
-        for (section, chosen) in measured.iter().zip(&mut self.chosen) {
-            let wanted: Vec<bool> = surfaces
-                .iter()
-                .map(|surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name))
-                .collect();
-            let ranges = match &section.group {
-                Some(group) => groups.ranges(&group.value, triangles.len()),
-                None => std::iter::once(0..triangles.len()).collect(),
-            };
-            if wanted.contains(&true) {
-                let of_material = |&index: &usize| wanted[material_of[index] as usize];
-                chosen.extend(ranges.into_iter().flat_map(with_area).filter(of_material).map(number));
-            }
+        let has_area = |index: &usize| flat.is_empty() || flat.binary_search(index).is_err();
+        for (of_surface, chosen) in chosen.into_iter().zip(&mut self.chosen) {
+            of_surface.into_iter().filter(has_area).for_each(|index| chosen.push(number(index)));
         }
         let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
         if shining.iter().any(Option::is_some) {
-            for index in with_area(0..triangles.len()) {
+            for index in (0..triangles.len()).filter(has_area) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
                     emitter.triangles.push(corners(&triangles[index]));
                     emitter.numbers.push(number(index));
@@ -689,8 +744,9 @@ impl Emitter {
 }
 
 /// Planes, sensors and luminaires away from the mesh are allowed, and often a slip of unit or axis.
-fn warn_of_outsiders(mesh: &Bounds, file: &SceneFile, fixtures: &[Fixture], warnings: &mut Vec<String>) {
-    let outside = |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds));
+/// `slack` (m) is what doesn't matter.
+fn warn_of_outsiders(mesh: &Bounds, slack: f64, file: &SceneFile, fixtures: &[Fixture], warnings: &mut Vec<String>) {
+    let outside = |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds, slack));
     let mut warn = |kind: &str, names: Vec<&str>| match names.as_slice() {
         [] => {}
         [one] => warnings.push(format!("{kind} {} is wholly outside the mesh's bounding box", quoted(*one))),
