@@ -49,7 +49,8 @@ fn main() {
     let load = started.elapsed().as_secs_f64();
     fs::remove_dir_all(&folder).expect("it was made above");
     let started = Instant::now();
-    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads()).expect("an office's mesh is good");
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())
+        .expect("an office's mesh is good");
     let (triangles, luminaires) = (scene.mesh.triangles.len(), scene.luminaires.len());
     println!("{triangles} triangles, {luminaires} luminaires, {photons} photons, load average {}", load_average());
     println!("loaded in {load:.2} s, BVH in {:.2} s", started.elapsed().as_secs_f64());

@@ -265,7 +265,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces, m².
+    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
         let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
@@ -722,7 +722,7 @@ fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> C
 /// What a run keeps from pass to pass.
 struct Engine<'a, const C: usize> {
     caster: &'a RayCaster,
-    /// Of all surfaces, m².
+    /// Of all surfaces that are near, m².
     area: f64,
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
@@ -749,7 +749,9 @@ impl<'a, const C: usize> Engine<'a, C> {
             PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
         });
         let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
-        let area = (0..looked_at).map(|triangle| triangle_area(&scene.mesh.corners(triangle))).sum();
+        let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
+        let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
+        let area = near.map(|corners| triangle_area(&corners)).sum();
         Self { caster, area, tracer, sight, grid, watched: watched(run, places, caster) }
     }
 }

@@ -17,13 +17,13 @@ use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE,
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::mtl::{self, MtlMaterial};
-use super::near::Triangles;
 use super::obj::Obj;
 use super::obj::large::CUT;
+use super::placed::surroundings;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
-use super::{Material, MeasuringPlane, Near, Scene};
+use super::{Material, MeasuringPlane, Scene};
 use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
 use crate::input;
@@ -215,81 +215,21 @@ fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) ->
     bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
 }
 
-/// What is measured with its surroundings, world coordinates; `whole` is the box around everything.
-fn surroundings(meshes: &[PlacedMesh], fixtures: &[Fixture], file: &SceneFile, whole: Bounds) -> Near {
-    let planes = file.planes.iter().flat_map(plane_corners);
-    let sensors = file.sensors.iter().map(|sensor| sensor.position);
-    let faces = meshes.iter().flat_map(|mesh| file.surfaces.iter().map(move |section| (mesh, section)));
-    let faces = faces.flat_map(|(mesh, section)| mesh.corners(mesh.chosen(section)));
-    let measured = Bounds::around(planes.chain(sensors).chain(faces));
-    let eyes = || Bounds::around(file.cameras.iter().map(|camera| camera.eye));
-    let emitting = meshes.iter().flat_map(PlacedMesh::emitting);
-    let lamps = fixtures.iter().filter_map(|fixture| Bounds::around(fixture.extremes()));
-    match measured.or_else(eyes) {
-        Some(measured) => Near::of(measured, lamps.chain(emitting).collect(), whole),
-        None => Near::everything(),
-    }
-}
-
-fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
+pub(super) fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
     let MeasuringPlane { corner, along, across, .. } = *plane;
     [corner, corner + along, corner + across, corner + along + across]
 }
 
 /// A mesh in world coordinates, m, with what its faces are made of.
-struct PlacedMesh {
+pub(super) struct PlacedMesh {
     path: PathBuf,
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    material_of: Vec<u32>,
-    surfaces: Vec<Surface>,
-    groups: Groups,
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) material_of: Vec<u32>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) groups: Groups,
     /// How many triangles the file has; pieces of large ones come behind.
-    faces: usize,
-}
-
-impl PlacedMesh {
-    /// The file's triangles that a measured surface is made of, ascending.
-    fn chosen(&self, section: &SurfaceSection) -> Vec<usize> {
-        let is_wanted = |surface: &Surface| {
-            section.material.as_ref().is_none_or(|name| name.value == surface.material.name)
-        };
-        let wanted: Vec<bool> = self.surfaces.iter().map(is_wanted).collect();
-        if !wanted.contains(&true) {
-            return Vec::new();
-        }
-        let ranges = match &section.group {
-            Some(group) => self.groups.ranges(&group.value, self.faces),
-            None => std::iter::once(0..self.faces).collect(),
-        };
-        ranges.into_iter().flatten().filter(|&index| wanted[self.material_of[index] as usize]).collect()
-    }
-
-    /// The box around the faces of each material that emits.
-    fn emitting(&self) -> Vec<Bounds> {
-        let mut boxes = vec![None; self.surfaces.len()];
-        if self.surfaces.iter().any(|surface| surface.luminance.is_some()) {
-            for (triangle, &material) in self.triangles.iter().zip(&self.material_of) {
-                if self.surfaces[material as usize].luminance.is_some() {
-                    let around = Bounds::around(triangle.map(|vertex| self.vertices[vertex as usize]));
-                    boxes[material as usize] = Bounds::joined(boxes[material as usize], around);
-                }
-            }
-        }
-        boxes.into_iter().flatten().collect()
-    }
-
-    fn corners(&self, triangles: Vec<usize>) -> impl Iterator<Item = DVec3> {
-        triangles.into_iter().flat_map(|index| self.triangles[index]).map(|vertex| self.vertices[vertex as usize])
-    }
-
-    /// Cuts what is far larger than the scene's core; emitting faces stay whole, so that they are as few as in the file.
-    fn cut_large(&mut self, near: &Near) {
-        let Self { vertices, triangles, material_of, surfaces, .. } = self;
-        near.cut_large(Triangles { vertices, triangles, material_of }, |material| {
-            surfaces[material as usize].luminance.is_some()
-        });
-    }
+    pub(super) faces: usize,
 }
 
 /// Reads files, and remembers what they were.
@@ -746,7 +686,8 @@ impl Emitter {
 /// Planes, sensors and luminaires away from the mesh are allowed, and often a slip of unit or axis.
 /// `slack` (m) is what doesn't matter.
 fn warn_of_outsiders(mesh: &Bounds, slack: f64, file: &SceneFile, fixtures: &[Fixture], warnings: &mut Vec<String>) {
-    let outside = |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds, slack));
+    let outside =
+        |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds, slack));
     let mut warn = |kind: &str, names: Vec<&str>| match names.as_slice() {
         [] => {}
         [one] => warnings.push(format!("{kind} {} is wholly outside the mesh's bounding box", quoted(*one))),

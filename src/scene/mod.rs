@@ -19,6 +19,7 @@ pub mod mesh;
 mod mtl;
 pub mod near;
 mod obj;
+mod placed;
 pub mod plan;
 mod polygon;
 mod surface;
