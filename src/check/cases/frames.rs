@@ -93,7 +93,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases.push(case.quick());
     let mut far = panel_room(1.0, [0.0; 3]);
     far.toml += &sensor("far meter", [1e6, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    let why = "meters 1000 km from each other: rays start 0.5 m off surfaces";
+    let why = "meters 1000 km from each other: rays start 1 m off surfaces";
     cases.push(Case::new(OFFSET, "a meter far away", why, far).warned("is something far away").quick());
     let far = SceneText {
         toml: point_lamp("lamp", [2e9, 0.0, 0.0], 1.0) + &sensor("meter", [0.0; 3], [0.0, 0.0, 1.0]),
