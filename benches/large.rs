@@ -49,7 +49,8 @@ fn main() {
     let load = started.elapsed().as_secs_f64();
     fs::remove_dir_all(&folder).expect("it was made above");
     let started = Instant::now();
-    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads()).expect("an office's mesh is good");
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())
+        .expect("an office's mesh is good");
     let (triangles, luminaires) = (scene.mesh.triangles.len(), scene.luminaires.len());
     println!("{triangles} triangles, {luminaires} luminaires, {photons} photons, load average {}", load_average());
     println!("loaded in {load:.2} s, BVH in {:.2} s", started.elapsed().as_secs_f64());
@@ -69,7 +70,7 @@ fn measure(scene: &Scene, caster: &RayCaster, photons: u64) {
     let useful = |material: u32| scene.materials[material as usize].is_diffuse();
     // A tenth of how far points look, as `gather` chooses.
     let patch = 0.1 * distance / f64::from(hits);
-    let grid = PatchGrid::new(&scene.mesh, useful, patch as f32, 2e-3);
+    let grid = PatchGrid::new(&scene.mesh, useful, patch as f32, (&scene.near, 0.1), 2e-3);
     let light = PatchLight::new(&grid, &tracer.trace(Seed(1), 0, || PatchRecorder::new(&grid), |_| {}).0);
     let sight = Sight::new(scene, caster, false);
     let records = Some(Records { grid: &grid, light: &light });

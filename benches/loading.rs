@@ -52,8 +52,9 @@ fn measure(scene: &Path, mesh: &Path) {
     let after_load = peak_memory();
     let loaded = loaded.expect("just set");
     let mut caster = None;
-    let build =
-        timed(&mut || caster = Some(RayCaster::build(&loaded.mesh, rayon::current_num_threads()).expect("good")));
+    let build = timed(&mut || {
+        caster = Some(RayCaster::build_near(&loaded.mesh, &loaded.near, rayon::current_num_threads()).expect("good"))
+    });
     let caster = caster.expect("just set");
     println!("{} triangles, {} vertices", loaded.mesh.triangles.len(), loaded.mesh.vertices.len());
     println!("scene loaded  {load:8.2} s  peak {:6.0} MB (before: {before:.0} MB)", after_load);

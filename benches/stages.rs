@@ -73,7 +73,8 @@ impl Recorder<1> for Rays<'_> {
 /// Tracing (nothing stored) against Embree alone on the same rays, and one thread against all.
 fn trace(scene: &Scene, table: &mut Vec<String>) {
     let photons = 1_000_000;
-    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads()).expect("the shipped mesh is good");
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())
+        .expect("the shipped mesh is good");
     let tracer = Tracer::<1>::new(scene, &caster, photons);
     let rays = Mutex::new(Vec::new());
     let one = pool(1);
@@ -99,7 +100,8 @@ fn trace(scene: &Scene, table: &mut Vec<String>) {
 
 /// The k nearest photons to points of the floor in the order of its grid, one thread.
 fn gather(scene: &Scene, table: &mut Vec<String>) {
-    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads()).expect("the shipped mesh is good");
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())
+        .expect("the shipped mesh is good");
     for photons in [30_000, 100_000] {
         let tracer = Tracer::<1>::new(scene, &caster, photons);
         let landed = LandingRecorder::merge(tracer.trace(Seed(1), 0, LandingRecorder::new, |_| {}).0);

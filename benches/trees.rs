@@ -42,7 +42,7 @@ fn main() {
 
 /// `count` photons that landed on the office's surfaces, of all luminaires.
 fn landings(scene: &Scene, count: usize) -> Photons<1> {
-    let caster = RayCaster::build(&scene.mesh, 1).expect("the shipped mesh is good");
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, 1).expect("the shipped mesh is good");
     let tracer = Tracer::<1>::new(scene, &caster, count as u64);
     let all = LandingRecorder::merge(tracer.trace(Seed(1), 0, LandingRecorder::new, |_| {}).0);
     let landed = all.positions.len();

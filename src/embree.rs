@@ -37,13 +37,14 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::scene::glazing::Curves;
-use crate::scene::{Material, Mesh};
+use crate::scene::{Material, Mesh, Near};
 
 /// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of `f32`
 /// numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1 in 1000
 /// rays that start near the origin passed through.
 pub(crate) const RELATIVE_OFFSET: f32 = 1e-6;
-/// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least.
+/// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least. That is
+/// the extent of what is [`Near`]; far triangles have coordinates that are large by themselves.
 const EXTENT_FLOOR: f32 = 0.01;
 /// Panes that a ray passes; behind more of them next to nothing is left of the light.
 const MOST_PANES: u32 = 256;
@@ -64,7 +65,7 @@ pub struct RayCaster {
     planes: Vec<Plane>,
     /// What coordinates count as at least, m, when a ray start steps off a surface.
     smallest_coordinate: f32,
-    /// The mesh's largest, m.
+    /// The largest of the mesh or, where something is far, of the triangles that come near what is measured, m.
     largest_coordinate: f32,
     /// Of each material that is a pane its transmittance; empty where there is none.
     panes: Vec<Option<Arc<Curves>>>,
@@ -103,17 +104,22 @@ impl RayCaster {
     /// so such a mesh is refused here. A mesh without triangles is fine: no ray ever hits it.
     /// Cost: 3–5 s for 4.5 million triangles on two threads.
     pub fn build(mesh: &Arc<Mesh>, threads: usize) -> Result<Self, Error> {
+        Self::build_near(mesh, &Near::everything(), threads)
+    }
+
+    /// The same, where only what is `near` tells how large the scene is.
+    pub fn build_near(mesh: &Arc<Mesh>, near: &Near, threads: usize) -> Result<Self, Error> {
         check(mesh)?;
         let device = Device::new(threads.max(1))?;
         let buffers = Buffers::of(mesh);
         let scene = Scene::commit(&device, &buffers)?;
-        let smallest = EXTENT_FLOOR * extent(mesh);
+        let smallest = EXTENT_FLOOR * extent(mesh, near);
         let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
             Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
         });
-        let largest = mesh.vertices.iter().flatten().fold(0.0_f32, |most, coordinate| most.max(coordinate.abs()));
         let planes = planes.collect();
-        let (smallest_coordinate, largest_coordinate, panes) = (smallest, largest, Vec::new());
+        let largest_coordinate = largest_coordinate(mesh, near);
+        let (smallest_coordinate, panes) = (smallest, Vec::new());
         Ok(Self { scene, device, buffers, planes, smallest_coordinate, largest_coordinate, panes })
     }
 
@@ -204,9 +210,10 @@ impl RayCaster {
         point + normal * (RELATIVE_OFFSET * largest_coordinate.max(self.smallest_coordinate))
     }
 
-    /// How far rays start off any surface at most, m.
-    pub fn longest_step(&self) -> f32 {
-        RELATIVE_OFFSET * self.largest_coordinate.max(self.smallest_coordinate)
+    /// How far rays start off any surface at most, m, at a point or near what is measured.
+    pub fn longest_step(&self, point: Vec3) -> f32 {
+        let largest = self.largest_coordinate.max(self.smallest_coordinate);
+        RELATIVE_OFFSET * largest.max(point.abs().max_element())
     }
 
     /// The most memory Embree has held at any time since the build began, bytes. Vertices and indices come on top.
@@ -317,12 +324,23 @@ fn check(mesh: &Mesh) -> Result<(), Error> {
     }
 }
 
-/// Longest side of the box around all vertices, m; 0 if there are none.
-fn extent(mesh: &Mesh) -> f32 {
-    let vertices = || mesh.vertices.iter().map(|&vertex| Vec3::from(vertex));
+/// Longest side of the box around all vertices, as far as they are near, m; 0 if there are none.
+fn extent(mesh: &Mesh, near: &Near) -> f32 {
+    let vertices = || mesh.vertices.iter().map(|&vertex| near.clamp(Vec3::from(vertex).as_dvec3()).as_vec3());
     let highest = vertices().reduce(Vec3::max).unwrap_or_default();
     let lowest = vertices().reduce(Vec3::min).unwrap_or_default();
     (highest - lowest).max_element()
+}
+
+/// Largest coordinate of the mesh or, where something is far, of the triangles that come near what is measured, m.
+fn largest_coordinate(mesh: &Mesh, near: &Near) -> f32 {
+    let largest = |corner: Vec3| corner.abs().max_element();
+    if !near.is_cut() {
+        return mesh.vertices.iter().map(|&vertex| largest(Vec3::from(vertex))).fold(0.0, f32::max);
+    }
+    let comes_near = (0..mesh.triangles.len()).filter(|&triangle| near.reaches_core(mesh.corners(triangle)));
+    let corners = comes_near.flat_map(|triangle| mesh.corners(triangle));
+    corners.map(|corner| largest(corner.as_vec3())).fold(0.0, f32::max)
 }
 
 /// What Embree reads in place: checked by [`check`], and never changed or moved as long as it is shared.

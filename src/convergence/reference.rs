@@ -95,7 +95,8 @@ fn has_closed_form(scene: &Scene) -> bool {
         [DVec3::ZERO, plane.along, plane.across, plane.along + plane.across].map(|side| plane.corner + side)
     });
     let Some((low, high)) = bounds(shining.iter().copied().chain(measured)) else { return false };
-    let slack = 1e-4 * low.distance(high); // luminaires stand 10⁻⁵ of the extent off what they are mounted on
+    // Luminaires stand 10⁻⁵ of the room at most off what they are mounted on.
+    let slack = 1e-4 * low.distance(high).min(scene.near.horizon());
     let front = scene.luminaires.iter().find_map(|luminaire| front(&luminaire.opening));
     let in_front_plane =
         |points: &[DVec3]| front.is_none_or(|(at, normal)| points.iter().all(|p| (*p - at).dot(normal).abs() < slack));

@@ -14,7 +14,7 @@ use crate::embree::{Hit, RayCaster};
 use crate::luminaire::LightGroups;
 use crate::photon::flux::Flux;
 use crate::photon::trace::{Flight, Recorder};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Near};
 
 /// Hits nearer than this many patch sizes are too near for a patch's mean.
 const NEAR: f32 = 2.0;
@@ -38,8 +38,7 @@ pub struct PatchGrid {
     patches: usize,
     /// Whether something stands on a patch; found out when it is first asked for, and the same whoever asks.
     state: Vec<AtomicU8>,
-    /// Largest side of a patch, m.
-    size: f32,
+    /// Hits nearer than this have no patch that stands for them, m.
     near: f32,
     /// Height over the surface at which things standing on it are looked for, m.
     height: f32,
@@ -62,6 +61,8 @@ struct CutTriangle {
     first: u32,
     /// Twice the triangle's area, m².
     double_area: f32,
+    /// Largest side of a patch, m.
+    size: f32,
 }
 
 impl CutTriangle {
@@ -77,6 +78,7 @@ impl CutTriangle {
             cells: [s, t].map(|side| (side.length() / size).ceil().max(1.0) as u32),
             first,
             double_area: normal.length(),
+            size,
         }
     }
 
@@ -118,24 +120,31 @@ impl CutTriangle {
 }
 
 impl PatchGrid {
-    /// Cuts the triangles of a scene into patches of `size` (m) at most; `height` (m) over a surface is where things
-    /// standing on it are looked for. Cost: O(triangles + patches), 5 bytes a patch, and 4 more for each channel.
-    pub fn new(mesh: &Mesh, useful: impl Fn(u32) -> bool, size: f32, height: f32) -> Self {
+    /// Cuts the triangles of a scene into patches of `size` (m) at most, and where they are far from all points, of as much as
+    /// a part of their distance (`far` tells both): no larger as the points see them. `height` (m) over a surface is where
+    /// things standing on it are looked for. Cost: O(triangles + patches), 5 bytes a patch, and 4 more for each channel.
+    pub fn new(mesh: &Mesh, useful: impl Fn(u32) -> bool, size: f32, far: (&Near, f64), height: f32) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize]));
         let doubled = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
-        let total: f64 = mesh.triangles.iter().map(|triangle| f64::from(doubled(corners(triangle)))).sum();
+        // By how many times its patches are larger than those of others.
+        let wider = |[a, b, c]: [Vec3; 3], size: f32| {
+            let distance = far.0.distance([a, b, c].map(Vec3::as_dvec3));
+            (far.1 * distance / f64::from(size)).max(1.0)
+        };
+        let patches = |corners: [Vec3; 3]| f64::from(doubled(corners)) / wider(corners, size).powi(2);
+        let total: f64 = mesh.triangles.iter().map(|triangle| patches(corners(triangle))).sum();
         let size = size.max((total / MOST_PATCHES).sqrt() as f32);
         let mut grid = Self {
             of_triangle: Vec::with_capacity(mesh.triangles.len()),
             cut: Vec::new(),
             patches: 0,
             state: Vec::new(),
-            size,
             near: NEAR * size,
             height,
         };
         for (triangle, &material) in mesh.triangles.iter().zip(&mesh.material_of) {
             let corners = corners(triangle);
+            let size = size * wider(corners, size) as f32;
             let large = doubled(corners) > 2.0 * SMALLEST * size * size;
             if !(large && useful(material)) || grid.patches as f64 > 8.0 * MOST_PATCHES {
                 grid.of_triangle.push(NONE);
@@ -157,6 +166,9 @@ impl PatchGrid {
             return None;
         }
         let cut = self.cut.get(self.of_triangle[hit.triangle as usize] as usize)?;
+        if hit.distance < NEAR * cut.size {
+            return None;
+        }
         let front = direction.dot(hit.normal) < 0.0;
         let patch = cut.patch(hit.position, front);
         let state = match self.state[patch].load(Ordering::Relaxed) {
@@ -188,10 +200,10 @@ impl PatchGrid {
         };
         let covered = |share: [f32; 2]| {
             let at = at(share);
-            let from = cut.point(at) + up * self.size;
+            let from = cut.point(at) + up * cut.size;
             at[0] + at[1] < 0.999
                 && caster
-                    .closest_hit(from, -up, self.size + self.height)
+                    .closest_hit(from, -up, cut.size + self.height)
                     .is_none_or(|below| below.triangle != hit.triangle)
         };
         let standing = (0..2).any(|axis| LINES.iter().any(|&line| crossed(axis, line)));

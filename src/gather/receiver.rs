@@ -326,7 +326,7 @@ const CLEAR: f32 = 2.0;
 /// the wall. Half of what such a point sees lies in its wall's own plane, where rays slip by on either side and shadows have no
 /// edge: it would get the light of both sides, or of none.
 fn off_walls(start: Vec3, normal: Vec3, axes: [Vec3; 2], tolerance: f32, caster: &RayCaster) -> Vec3 {
-    let step = caster.longest_step();
+    let step = caster.longest_step(start);
     let touched = |at: Vec3| {
         let across = |axis: &Vec3| caster.closest_hit(at - *axis * (TOUCHING * step), *axis, 2.0 * TOUCHING * step);
         axes.iter().find_map(across)

@@ -92,7 +92,8 @@ impl<'a, const C: usize> Emission<'a, C> {
 /// The surface that passes through an opening without extent, if there is any.
 fn touched(opening: &Opening, caster: &RayCaster) -> Option<Hit> {
     let Opening::Point { position, .. } = opening else { return None };
-    let (at, step) = (position.as_vec3(), caster.longest_step());
+    let at = position.as_vec3();
+    let step = caster.longest_step(at);
     let across = |axis: &Vec3| caster.closest_hit(at - *axis * step, *axis, 2.0 * step);
     [Vec3::X, Vec3::Y, Vec3::Z].iter().find_map(across)
 }

@@ -99,6 +99,18 @@ impl Opening {
         }
     }
 
+    /// Its smallest side, m; infinite for a point and a mesh.
+    pub(crate) fn smallest_side(&self) -> f64 {
+        match self {
+            Self::Rectangle { half_width, half_depth, .. } | Self::Ellipse { half_width, half_depth, .. } => {
+                2.0 * half_width.length().min(half_depth.length())
+            }
+            Self::Body(body) => 2.0 * body.half_axes.iter().map(|axis| axis.length()).fold(f64::INFINITY, f64::min),
+            Self::Disc { radius, .. } => 2.0 * radius,
+            Self::Point { .. } | Self::Triangles(_) => f64::INFINITY,
+        }
+    }
+
     /// Area of a flat opening and its unit normal; nothing for a point, a body and a mesh.
     pub(crate) fn flat(&self) -> Option<(f64, DVec3)> {
         let of = |cross: DVec3, times: f64| Some((times * cross.length(), cross.normalize()));

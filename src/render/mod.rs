@@ -86,7 +86,7 @@ pub struct Settings {
     pub smooth: bool,
     /// k; by method and number of photons where not given.
     pub nearest: Option<usize>,
-    /// Largest search radius, m; a tenth of the scene's diagonal where not given.
+    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see [`Scene::diagonal`]).
     pub radius: Option<f64>,
     /// Passes at most; as many as `error` and `time` ask for where not given.
     pub passes: Option<u32>,
@@ -196,7 +196,8 @@ type Stages = Vec<(&'static str, f64)>;
 fn start(scene: &Scene, progress: &dyn Progress) -> Result<(RayCaster, Stages), Error> {
     let (name, started) = ("build BVH", Instant::now());
     progress.stage(name, 1);
-    let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?.with_panes(&scene.materials);
+    let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())?;
+    let caster = caster.with_panes(&scene.materials);
     Ok((caster, vec![(name, started.elapsed().as_secs_f64())]))
 }
 
@@ -325,7 +326,7 @@ struct Rendering<'a, const C: usize> {
     settings: &'a Settings,
     progress: &'a dyn Progress,
     started: Instant,
-    /// The scene's, m: walked once, since it takes all vertices.
+    /// That of what is near in the scene, m: walked once, since it takes all vertices.
     diagonal: f64,
     searches: Searches,
     done: Passes,

@@ -265,7 +265,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces, m².
+    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
         let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
@@ -722,7 +722,7 @@ fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> C
 /// What a run keeps from pass to pass.
 struct Engine<'a, const C: usize> {
     caster: &'a RayCaster,
-    /// Of all surfaces, m².
+    /// Of all surfaces that are near, m².
     area: f64,
     tracer: Option<Tracer<'a, C>>,
     sight: Option<Sight<'a, C>>,
@@ -746,10 +746,12 @@ impl<'a, const C: usize> Engine<'a, C> {
             let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
-            PatchGrid::new(&scene.mesh, useful, size as f32, height as f32)
+            PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
         });
         let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
-        let area = (0..looked_at).map(|triangle| triangle_area(&scene.mesh.corners(triangle))).sum();
+        let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
+        let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
+        let area = near.map(|corners| triangle_area(&corners)).sum();
         Self { caster, area, tracer, sight, grid, watched: watched(run, places, caster) }
     }
 }
@@ -780,7 +782,7 @@ fn watched<'a, const C: usize>(
 }
 
 /// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
-/// they see nothing.
+/// they see nothing. What is far counts as near: a glimpse of ground 10 km off must not make the patches of the room coarse.
 fn mean_sight<const C: usize>(
     run: &Rendering<'_, C>,
     places: &[Place<C>],
@@ -809,7 +811,7 @@ fn mean_sight<const C: usize>(
         };
         let hit = start.and_then(|(start, direction)| caster.closest_hit(start, direction, f32::INFINITY));
         if let Some(hit) = hit {
-            sum += f64::from(hit.distance);
+            sum += f64::from(hit.distance).min(run.scene.near.horizon());
             count += 1.0;
         }
     }

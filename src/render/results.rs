@@ -105,6 +105,7 @@ impl<const C: usize> Rendering<'_, C> {
                  tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?"
             ));
         }
+        self.warn_of_far_lamps();
         let flux = self.flux.mean(1.0);
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
         let most = self.trial.most_bounces();
@@ -128,6 +129,24 @@ impl<const C: usize> Rendering<'_, C> {
             ));
         }
         self.warn_of_lamps_at_points(places, step);
+    }
+
+    /// Luminaires so far from what is measured that single precision blurs their openings.
+    fn warn_of_far_lamps(&mut self) {
+        if !self.scene.near.is_cut() {
+            return; // `half_extent` tells
+        }
+        for luminaire in &self.scene.luminaires {
+            let away = luminaire.opening.middle().length();
+            let (step, size) = (f64::from(RELATIVE_OFFSET) * away, luminaire.opening.smallest_side());
+            if step > 0.1 * size {
+                self.warnings.push(format!(
+                    "luminaire \"{}\" hangs {away:.3e} m from what is measured, where rays start {step:.1e} m off surfaces; \
+                     expected less than a tenth of its opening, {size:.1e} m: is it too far away, or a unit wrong?",
+                    luminaire.name,
+                ));
+            }
+        }
     }
 
     /// A luminaire without extent has no bound on its illuminance where it is.

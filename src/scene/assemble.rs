@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,6 +23,7 @@ use super::mesh::{Bounds, Mesh};
 use super::obj::Obj;
 use super::obj::foreign::{self, HEAD};
 use super::obj::large::CUT;
+use super::placed::surroundings;
 use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
@@ -158,19 +158,21 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
 
     let mesh_bounds = meshes.iter().map(|mesh| Bounds::around_all(&mesh.vertices)).fold(None, Bounds::joined);
     let bounds = world_bounds(mesh_bounds, &fixtures, &file);
-    let centre = bounds.centre();
+    let near = surroundings(&meshes, &fixtures, &file, bounds);
+    let centre = near.origin(bounds);
 
     let chosen = vec![Vec::new(); file.surfaces.len()];
     let mut parts = Parts { centre, chosen, ..Default::default() };
     let mut emitters = Vec::new();
-    for mesh in meshes {
+    for mut mesh in meshes {
+        mesh.cut_large(&near);
         parts.add_mesh(mesh, &file.surfaces, &mut emitters, &mut reader.warnings);
     }
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
     // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along the
-    // aim, by 1e-5 of half the scene's extent: 36 µm in a room of 7 m, some 150 steps of f32 there, and nothing to the
+    // aim: by 36 µm in a room of 7 m, whatever lies about it, which is some 150 steps of f32 there, and nothing to the
     // illuminance.
-    let shift = 1e-5 * bounds.largest_extent() / 2.0;
+    let shift = near.shift(bounds);
     for fixture in &fixtures {
         let fixture = fixture.shifted(shift, centre);
         let body = parts.add_body(&fixture);
@@ -197,7 +199,7 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
     warnings.extend(reader.fallback.as_ref().and_then(Fallback::told));
     emitters::warn(&parts.luminaires, &parts.mesh, &parts.materials, &mut warnings);
     if let Some(bounds) = mesh_bounds {
-        warn_of_outsiders(&bounds, &file, &fixtures, &mut warnings);
+        warn_of_outsiders(&bounds, 1e-6 * near.extent(), &file, &fixtures, &mut warnings);
     }
 
     let surfaces = file.surfaces.iter().zip(&parts.chosen);
@@ -210,6 +212,7 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
         file: path.to_owned(),
         hash: reader.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
         centre,
+        near: near.local(centre),
         mesh: Arc::new(parts.mesh),
         materials: parts.materials,
         luminaires: parts.luminaires,
@@ -251,21 +254,23 @@ fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) ->
     bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
 }
 
-fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
+pub(super) fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
     let MeasuringPlane { corner, along, across, .. } = *plane;
     [corner, corner + along, corner + across, corner + along + across]
 }
 
 /// A mesh in world coordinates, m, with what its faces are made of.
-struct PlacedMesh {
+pub(super) struct PlacedMesh {
     path: PathBuf,
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    material_of: Vec<u32>,
-    surfaces: Vec<Surface>,
-    groups: Groups,
-    /// Numbers of the triangles that don't become part of the scene, ascending.
-    left_out: Vec<u32>,
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) material_of: Vec<u32>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) groups: Groups,
+    /// How many triangles the file has; pieces of large ones come behind.
+    pub(super) faces: usize,
+    /// How many of them a pane has no use for: they have no area any more.
+    left_out: usize,
 }
 
 /// Reads files, and remembers what they were.
@@ -474,7 +479,8 @@ impl Reader {
             surfaces: &mut surfaces,
         };
         let left_out = glass::settle(&path, &materials, faces, &mut self.warnings)?;
-        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, left_out })
+        let faces = triangles.len();
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, faces, left_out })
     }
 }
 
@@ -570,7 +576,8 @@ impl Parts {
         emitters: &mut Vec<Emitter>,
         warnings: &mut Vec<String>,
     ) {
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups, left_out } = mesh;
+        let chosen: Vec<Vec<usize>> = measured.iter().map(|section| mesh.chosen(section)).collect();
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, left_out, .. } = mesh;
         let centre = self.centre;
         vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
         let first = self.add_vertices(&vertices);
@@ -584,34 +591,18 @@ impl Parts {
             triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)))
         };
         let is_flat = |&index: &usize| !has_area(corners(&triangles[index]));
-        let mut flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
-        let without_area = flat.len();
-        flat.extend(left_out.iter().map(|&number| number as usize));
-        flat.sort_unstable();
-        flat.dedup();
+        let flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
 
         // What is measured or shines: most triangles of most scenes do neither.
         let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
         let number = |index: usize| (self.mesh.triangles.len() + kept(index)) as u32;
-        let with_area =
-            |range: Range<usize>| range.filter(|index| flat.is_empty() || flat.binary_search(index).is_err());
-        for (section, chosen) in measured.iter().zip(&mut self.chosen) {
-            let wanted: Vec<bool> = surfaces
-                .iter()
-                .map(|surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name))
-                .collect();
-            let ranges = match &section.group {
-                Some(group) => groups.ranges(&group.value, triangles.len()),
-                None => std::iter::once(0..triangles.len()).collect(),
-            };
-            if wanted.contains(&true) {
-                let of_material = |&index: &usize| wanted[material_of[index] as usize];
-                chosen.extend(ranges.into_iter().flat_map(with_area).filter(of_material).map(number));
-            }
+        let has_area = |index: &usize| flat.is_empty() || flat.binary_search(index).is_err();
+        for (of_surface, chosen) in chosen.into_iter().zip(&mut self.chosen) {
+            of_surface.into_iter().filter(has_area).for_each(|index| chosen.push(number(index)));
         }
         let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
         if shining.iter().any(Option::is_some) {
-            for index in with_area(0..triangles.len()) {
+            for index in (0..triangles.len()).filter(has_area) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
                     emitter.triangles.push(corners(&triangles[index]));
                     emitter.numbers.push(number(index));
@@ -630,6 +621,7 @@ impl Parts {
             self.mesh.triangles.append(&mut triangles);
             self.mesh.material_of.append(&mut material_of);
         }
+        let without_area = flat.len() - left_out;
         if without_area > 0 {
             let triangles = if without_area == 1 { "1 triangle" } else { &format!("{without_area} triangles") };
             warnings.push(format!("{}: {triangles} without area left out", path.display()));
@@ -707,8 +699,10 @@ impl Emitter {
 }
 
 /// Planes, sensors and luminaires away from the mesh are allowed, and often a slip of unit or axis.
-fn warn_of_outsiders(mesh: &Bounds, file: &SceneFile, fixtures: &[Fixture], warnings: &mut Vec<String>) {
-    let outside = |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds));
+/// `slack` (m) is what doesn't matter.
+fn warn_of_outsiders(mesh: &Bounds, slack: f64, file: &SceneFile, fixtures: &[Fixture], warnings: &mut Vec<String>) {
+    let outside =
+        |points: &[DVec3]| Bounds::around(points.iter().copied()).is_some_and(|bounds| !mesh.meets(&bounds, slack));
     let mut warn = |kind: &str, names: Vec<&str>| match names.as_slice() {
         [] => {}
         [one] => warnings.push(format!("{kind} {} is wholly outside the mesh's bounding box", quoted(*one))),

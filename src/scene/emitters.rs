@@ -180,16 +180,17 @@ fn facing_walls<'a>(
     probes.sort_by(|a, b| a.from.x.min(a.to.x).total_cmp(&b.from.x.min(b.to.x)));
     let lowest: Vec<f64> = probes.iter().map(|probe| probe.from.x.min(probe.to.x)).collect();
     let opaque: Vec<bool> = materials.iter().map(is_opaque).collect();
+    let slack = 1e-6 * AT_HAND;
     let hits = |index: usize| {
         let (corners, material) = (mesh.corners(index), mesh.material_of[index]);
-        let bounds = Bounds::around(corners).filter(|bounds| opaque[material as usize] && around.meets(bounds));
+        let bounds = Bounds::around(corners).filter(|bounds| opaque[material as usize] && around.meets(bounds, slack));
         let range = bounds.map_or(0..0, |bounds| {
             let first = lowest.partition_point(|&low| low < bounds.least.x - AT_HAND);
             first..lowest.partition_point(|&low| low <= bounds.most.x)
         });
         let near = probes[range].iter().filter(move |probe| {
             let bounds = bounds.expect("a range that is not empty has bounds");
-            Bounds { least: probe.from.min(probe.to), most: probe.from.max(probe.to) }.meets(&bounds)
+            Bounds { least: probe.from.min(probe.to), most: probe.from.max(probe.to) }.meets(&bounds, slack)
         });
         near.filter(move |probe| probe.meets(&corners)).map(move |probe| (probe.emitter, probe.number, material))
     };

@@ -88,9 +88,13 @@ impl Bounds {
         (self.most - self.least).max_element()
     }
 
-    /// Whether the two boxes share a point, give or take a millionth of this one.
-    pub(crate) fn meets(&self, other: &Self) -> bool {
-        let slack = DVec3::splat(1e-6 * self.largest_extent());
+    pub(crate) fn diagonal(&self) -> f64 {
+        (self.most - self.least).length()
+    }
+
+    /// Whether the two boxes share a point, give or take `slack` (m).
+    pub(crate) fn meets(&self, other: &Self, slack: f64) -> bool {
+        let slack = DVec3::splat(slack);
         (self.least - slack).cmple(other.most).all() && (self.most + slack).cmpge(other.least).all()
     }
 }

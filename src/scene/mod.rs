@@ -1,7 +1,8 @@
 //! The scene: what stands in the room, what shines, where light is measured. Validated, in metres, recentred.
 //!
-//! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box: survey coordinates of 1e6 m
-//! would leave single precision a grid of 6 cm. World position = local position + centre.
+//! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box (or, where something lies far off,
+//! of what is measured: see [`near`]): survey coordinates of 1e6 m would leave single precision a grid of 6 cm. World
+//! position = local position + centre.
 
 pub mod areas;
 mod assemble;
@@ -21,7 +22,9 @@ pub mod measure;
 pub mod measured;
 pub mod mesh;
 mod mtl;
+pub mod near;
 mod obj;
+mod placed;
 pub mod plan;
 mod polygon;
 mod surface;
@@ -32,7 +35,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::luminaire::{Luminaire, Opening};
+use crate::luminaire::Luminaire;
 pub use areas::Areas;
 pub use assemble::{Dimming, LoadOptions};
 pub use camera::Camera;
@@ -42,6 +45,7 @@ pub use material::{Dielectric, Material, Sides};
 pub use measure::Measure;
 pub use measured::MeasuredSurface;
 pub use mesh::Mesh;
+pub use near::Near;
 #[doc(hidden)]
 pub use obj::large::read_obj_both_ways;
 
@@ -56,6 +60,8 @@ pub struct Scene {
     pub hash: String,
     /// World position of the local origin, m.
     pub centre: DVec3,
+    /// The surroundings of what is measured, local: what counts for the scene's size.
+    pub near: Near,
     /// Every triangle, bodies of luminaire openings included.
     pub mesh: Arc<Mesh>,
     /// What [`Mesh::material_of`] points to.
@@ -80,13 +86,15 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Diagonal of the box around the mesh, the luminaires, the measuring planes and the sensors, m. Cost: O(vertices).
+    /// Diagonal of the box around the mesh, the luminaires, the measuring planes and the sensors, as far as they are
+    /// [`near`](Self::near), m. Cost: O(vertices).
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         low.distance(high)
     }
 
-    /// Largest local coordinate, m: what single precision has to resolve details against. Cost: O(vertices).
+    /// Largest local coordinate of what is [`near`](Self::near), m: what single precision has to resolve details against.
+    /// Cost: O(vertices).
     pub fn half_extent(&self) -> f64 {
         let (low, high) = self.bounds();
         low.abs().max(high.abs()).max_element()
@@ -97,19 +105,12 @@ impl Scene {
         let cells = self.planes.iter().flat_map(|plane| {
             [plane.along.length() / plane.cells[0] as f64, plane.across.length() / plane.cells[1] as f64]
         });
-        let openings = self.luminaires.iter().map(|luminaire| match &luminaire.opening {
-            Opening::Rectangle { half_width, half_depth, .. } | Opening::Ellipse { half_width, half_depth, .. } => {
-                2.0 * half_width.length().min(half_depth.length())
-            }
-            Opening::Body(body) => 2.0 * body.half_axes.iter().map(|axis| axis.length()).fold(f64::INFINITY, f64::min),
-            Opening::Disc { radius, .. } => 2.0 * radius,
-            Opening::Point { .. } | Opening::Triangles(_) => f64::INFINITY,
-        });
+        let openings = self.luminaires.iter().map(|luminaire| luminaire.opening.smallest_side());
         cells.chain(openings).fold(f64::INFINITY, f64::min)
     }
 
-    /// Area of all measuring planes and surfaces as a share of the largest face of the box around everything.
-    /// Cost: O(vertices).
+    /// Area of all measuring planes and surfaces as a share of the largest face of the box around everything
+    /// [`near`](Self::near). Cost: O(vertices).
     pub fn measured_share(&self) -> f64 {
         let (low, high) = self.bounds();
         let size = high - low;
@@ -120,7 +121,8 @@ impl Scene {
         if face > 0.0 && measured > 0.0 { measured / face } else { 1.0 }
     }
 
-    /// Lowest and highest corner of the box around everything; zeros for a scene of nothing.
+    /// Lowest and highest corner of the box around everything, where what is far counts as at the surroundings' end; zeros
+    /// for a scene of nothing.
     fn bounds(&self) -> (DVec3, DVec3) {
         let vertices = self.mesh.vertices.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()));
         let planes = self.planes.iter().flat_map(|plane| {
@@ -129,7 +131,8 @@ impl Scene {
         let sensors = self.sensors.iter().map(|sensor| sensor.position);
         let luminaires = self.luminaires.iter().map(|luminaire| luminaire.opening.middle());
         let all = vertices.chain(planes).chain(luminaires).chain(sensors);
-        all.map(|point| (point, point))
+        all.map(|point| self.near.clamp(point))
+            .map(|point| (point, point))
             .reduce(|(low, high), (point, _)| (low.min(point), high.max(point)))
             .unwrap_or_default()
     }

@@ -157,7 +157,7 @@ impl Landings {
     /// # Errors
     /// Where Embree is missing, and where too few photons land.
     pub fn trace(scene: &Scene, count: usize, seed: u64, progress: &dyn Progress) -> Result<Self, Error> {
-        let caster = RayCaster::build(&scene.mesh, rayon::current_num_threads())?;
+        let caster = RayCaster::build_near(&scene.mesh, &scene.near, rayon::current_num_threads())?;
         let mut emitted = count as u64;
         loop {
             progress.stage("trace photons", emitted);

@@ -82,11 +82,19 @@ pub(super) fn cases() -> Vec<Case> {
         let case = case.photons(100_000).expects(Reading::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3);
         cases.push(if offset > 5e6 { case.closed().quick() } else { case.closed() });
     }
-    // A speck so far from the room that single precision has no place left for the room's details.
+    // A speck so far from the room that single precision would have no place left for the room's details, were it to count.
     let mut far = panel_room(1.0, [0.0; 3]);
     far.obj += &solid([1e6, 0.0, 0.0], [1e6 + 1.0, 1.0, 1.0], "black");
-    let why = "a forgotten block 1000 km away: rays start 0.5 m off surfaces";
-    cases.push(Case::new(OFFSET, "something far away", why, far).warned("is something far away").quick());
+    let why = "a forgotten block 1000 km away counts for nothing";
+    let mut case = Case::new(OFFSET, "something far away", why, far);
+    for (name, y) in METERS {
+        case = case.expects(Reading::Sensor(name), panel(y), 2e-4);
+    }
+    cases.push(case.quick());
+    let mut far = panel_room(1.0, [0.0; 3]);
+    far.toml += &sensor("far meter", [1e6, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let why = "meters 1000 km from each other: rays start 1 m off surfaces";
+    cases.push(Case::new(OFFSET, "a meter far away", why, far).warned("is something far away").quick());
     let far = SceneText {
         toml: point_lamp("lamp", [2e9, 0.0, 0.0], 1.0) + &sensor("meter", [0.0; 3], [0.0, 0.0, 1.0]),
         ..SceneText::default()

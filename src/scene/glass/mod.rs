@@ -38,17 +38,17 @@ pub(crate) struct Faces<'a> {
     pub(crate) surfaces: &'a mut Vec<Surface>,
 }
 
-/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Returns the numbers of the
-/// triangles that are left out, ascending. `names` tells where the materials of the mesh at `path` are first used.
+/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Triangles that a pane has no
+/// use for lose their area; returns how many. `names` tells where the materials of the mesh at `path` are first used.
 pub(crate) fn settle(
     path: &Path,
     names: &[Placed<String>],
     mut faces: Faces<'_>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<u32>, InputError> {
+) -> Result<usize, InputError> {
     let glasses: Vec<usize> =
         (0..faces.surfaces.len()).filter(|&number| faces.surfaces[number].material.dielectric.is_some()).collect();
-    let mut left_out = Vec::new();
+    let mut left_out = 0;
     for number in glasses {
         let of_this = |&triangle: &usize| faces.material_of[triangle] as usize == number;
         let chosen: Vec<u32> =
@@ -60,13 +60,12 @@ pub(crate) fn settle(
         let mut told = Told::default();
         for part in &parts {
             told.hear(part);
-            faces.make(number, part, &mut left_out);
+            left_out += faces.make(number, part);
         }
         let pane = faces.pane_of(number);
         warnings.extend(told.lines(&path.display().to_string(), &names[number].value, pane.as_deref()));
         faces.tidy(number, &chosen);
     }
-    left_out.sort_unstable();
     Ok(left_out)
 }
 
@@ -87,12 +86,16 @@ impl Part {
 }
 
 impl Faces<'_> {
-    /// Makes a pane of a part of glass number `glass`, if it is one.
-    fn make(&mut self, glass: usize, part: &Part, left_out: &mut Vec<u32>) {
-        let Kind::Pane { kept, shift, thickness } = &part.kind else { return };
+    /// Makes a pane of a part of glass number `glass`, if it is one; returns how many of its triangles that leaves out.
+    fn make(&mut self, glass: usize, part: &Part) -> usize {
+        let Kind::Pane { kept, shift, thickness } = &part.kind else { return 0 };
         let pane = self.pane(glass, *thickness);
         let stays: HashSet<u32> = kept.iter().copied().collect();
-        left_out.extend(part.triangles.iter().filter(|triangle| !stays.contains(triangle)));
+        for triangle in part.triangles.iter().filter(|triangle| !stays.contains(triangle)) {
+            let corner = self.triangles[*triangle as usize][0];
+            self.triangles[*triangle as usize] = [corner; 3];
+            self.material_of[*triangle as usize] = pane;
+        }
         let mut moved: HashMap<u32, u32> = HashMap::new();
         for &triangle in kept {
             self.material_of[triangle as usize] = pane;
@@ -106,6 +109,7 @@ impl Faces<'_> {
                 });
             }
         }
+        part.triangles.len() - kept.len()
     }
 
     /// Number of the surface that is glass number `glass` as a pane.
