@@ -110,7 +110,7 @@ const SAID: &[(&str, &str)] = &[
     ("obj/byte-order-mark-crlf-and-tabs.obj", ""),
     ("obj/compressed.obj", "found a file compressed by gzip, expected an OBJ file; unpack it first"),
     ("obj/faces-above-their-vertices.obj", ""),
-    ("obj/faces-of-few-corners.obj", "found an OBJ file without faces that have three corners"),
+    ("obj/faces-of-few-corners.obj", "found an OBJ file without faces that have three different corners"),
     ("obj/index-0.obj", "found vertex 0 in a face, expected 1 … 3; OBJ counts from 1"),
     (
         "obj/index-before-the-first.obj",

@@ -203,12 +203,8 @@ fn comments_and_capitals_of_names() {
         ("wall # painted", "wall # painted", None),
         ("Material #26", "Material #26", None),
         ("wall\t# painted", "wall", Some("r.obj: comments taken off the names of materials: \"wall\\t# painted\"")),
-        (
-            "wall",
-            "wall # painted",
-            Some("r.obj: materials found in its MTL file in another spelling: \"wall\" as \"wall # painted\""),
-        ),
-        ("Wall", "wALL", Some("r.obj: materials found in its MTL file in another spelling: \"Wall\" as \"wALL\"")),
+        ("wall", "wall # painted", Some("r.obj: materials that its MTL files spell otherwise: \"wall # painted\"")),
+        ("Wall", "wALL", Some("r.obj: materials that its MTL files spell otherwise: \"wALL\"")),
         ("  wall \t", "wall", None),
     ] {
         let scene = load(in_obj, in_mtl);

@@ -533,7 +533,7 @@ fn obj_files_that_can_t_be() {
     );
     assert_eq!(
         obj_says(&OBJ.replace("f 1 2 3 4", "f 1 2")),
-        "room.obj: found an OBJ file without faces that have three corners, expected lines that begin with f; is it an OBJ \
+        "room.obj: found an OBJ file without faces that have three different corners, expected lines that begin with f; is it an OBJ \
          file, exported with its faces?"
     );
     assert_eq!(

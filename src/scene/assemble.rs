@@ -441,7 +441,7 @@ impl Reader {
         for name in &obj.materials {
             let mtl = library.find(&name.value);
             let mtl_name = mtl.map(|mtl| mtl.name.as_str()).filter(|other| *other != name.value);
-            other_names.extend(mtl_name.map(|other| format!("{} as {}", quoted(&name.value), quoted(other))));
+            other_names.extend(mtl_name);
             let section = sections.get(name.value.as_str()).or_else(|| sections.get(mtl_name?)).copied();
             let texture = match (surface::texture(section, mtl), mtl) {
                 (Some(file), Some(mtl)) => {
@@ -465,9 +465,8 @@ impl Reader {
             return Err(unset(&left, library));
         }
         if !other_names.is_empty() {
-            let names = other_names.join(", ");
-            self.warnings
-                .push(format!("{}: materials found in its MTL file in another spelling: {names}", path.display()));
+            let (at, names) = (Location::file(&path), listed(other_names));
+            self.warnings.push(format!("{at}: materials that its MTL files spell otherwise: {names}"));
         }
         let transform = section.placement.transform();
         let Obj { mut vertices, mut triangles, mut material_of, groups, materials, .. } = obj;

@@ -56,12 +56,13 @@ impl Library {
         // Two names that differ in what stands behind # are two names, as "Material #25" and "Material #26".
         let with_comment = of(plain).filter(|(commented, _)| plain != name && !commented);
         let near: BTreeSet<&str> = of(name).chain(with_comment).map(|(_, name)| name.as_str()).collect();
-        let same_case = near.iter().filter(|other| without_comment(other) == plain);
-        match (same_case.clone().count(), near.len()) {
-            (1, _) => same_case.last().and_then(|other| self.materials.get(*other)),
-            (_, 1) => near.first().and_then(|other| self.materials.get(*other)),
-            _ => None,
-        }
+        let same_case: Vec<&str> = near.iter().copied().filter(|other| without_comment(other) == plain).collect();
+        let only = match (same_case.as_slice(), near.len()) {
+            ([only], _) => only,
+            (_, 1) => near.first()?,
+            _ => return None,
+        };
+        self.materials.get(*only)
     }
 
     fn add(&mut self, materials: Vec<MtlMaterial>) {

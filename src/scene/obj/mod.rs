@@ -69,7 +69,7 @@ impl Obj {
         if !taken_off.is_empty() {
             self.material_of.par_iter_mut().for_each(|material| *material = new_numbers[*material as usize]);
             let names = listed(taken_off.iter().map(String::as_str));
-            self.notes.push(format!("{}: comments taken off the names of materials: {names}", path.display()));
+            self.notes.push(format!("{}: comments taken off the names of materials: {names}", Location::file(path)));
         }
     }
 
@@ -92,7 +92,7 @@ impl Obj {
         }
         let (models, _) = loaded.map_err(|_| at_fault(path, bytes, line))?;
         if faces == 0 {
-            let few = if names.dropped > 0 { " that have three corners" } else { "" };
+            let few = if names.dropped > 0 { " that have three different corners" } else { "" };
             let found = format!("an OBJ file without faces{few}");
             let error = InputError::new(Location::file(path), found, "lines that begin with f");
             return Err(error.hint("is it an OBJ file, exported with its faces?"));
