@@ -9,6 +9,7 @@ mod camera;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
+mod lamps;
 pub mod limits;
 mod lines;
 pub mod material;
