@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "$0")/.."
 target=${1:-all}
 seconds=${2:-60}
-all="scene obj mtl ies ldt reference checkpoint"
+all="scene obj mtl ies ldt gldf tm33 reference checkpoint"
 case $target in all) ;; build) all="" ;; *) all=$target ;; esac
 
 triple=$(rustc -vV | sed -n 's/^host: //p')
@@ -24,6 +24,8 @@ seeds() {
     case $1 in
     scene) find scenes tests/hostile/scene -name '*.toml' ;;
     obj | mtl | ies | ldt) find scenes tests/material tests/hostile/"$1" fuzz/corpus-seeds -name "*.$1" ;;
+    gldf) find tests/hostile/gldf -type f ;;
+    tm33) find tests/hostile/tm33 -type f ;;
     reference) find tests/reference tests/hostile/reference -name '*.csv' -o -name '*.exr' ;;
     checkpoint) find tests/hostile/checkpoint -type f ;;
     esac 2>/dev/null

@@ -23,7 +23,7 @@ static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 type Read = fn(&[u8]) -> Outcome;
 
 /// Every kind of input, the ending of its files, and what reads it.
-const TARGETS: [(&str, &str, Read); 7] = [
+const TARGETS: [(&str, &str, Read); 9] = [
     ("scene", "toml", hostile::scene),
     ("obj", "obj", hostile::obj),
     ("mtl", "mtl", hostile::mtl),
@@ -31,6 +31,8 @@ const TARGETS: [(&str, &str, Read); 7] = [
     ("ldt", "ldt", hostile::ldt),
     ("reference", "", hostile::reference),
     ("checkpoint", "", hostile::checkpoint),
+    ("gldf", "gldf", hostile::gldf),
+    ("tm33", "xml", hostile::tm33),
 ];
 
 fn tests() -> PathBuf {
@@ -179,7 +181,25 @@ const SAID: &[(&str, &str)] = &[
     ),
     ("ldt/angles-promised-by-the-billion.ldt", "found \"1000000000\", expected number of C-planes (Mc), 1 to 7201"),
     ("ldt/flux-of-1e999.ldt", "found \"1e999\", expected luminous flux of the lamps, lm"),
-    ("ldt/lamps-promised-by-the-billion.ldt", "found \"1000000000\", expected number of sets of lamps, 1 to 1000"),
+    ("ldt/lamps-promised-by-the-billion.ldt", "found \"1000000000\", expected number of sets of lamps, 0 to 1000"),
+    ("gldf/a-thousand-variants.xml", ""),
+    ("gldf/archive-that-promises-a-billion-files.gldf", "found a zip archive that can't be read"),
+    ("gldf/elements-as-deep-as-the-file.xml", "found broken XML (the root node was opened but never closed)"),
+    ("gldf/emitters-of-nothing.xml", "found a product without photometry, expected a GLDF file of a luminaire"),
+    ("gldf/empty.xml", "found broken XML (the document does not have a root node)"),
+    ("gldf/end-of-an-archive-alone.gldf", "found a zip archive that can't be read"),
+    ("gldf/flux-of-1e999.xml", "found RatedLuminousFlux \"1e999\", expected lm, from 0 up"),
+    ("gldf/product-of-itself.xml", "found the product.xml of a GLDF file"),
+    ("gldf/url.xml", "with a photometry that isn't in the archive but at \"http://example.org/lamp.ldt\""),
+    ("tm33/a-pair-of-angles-missing.xml", "found no intensity at h 90°, v 45°, expected one for each of 2 planes × 3"),
+    ("tm33/angle-not-a-number.xml", "found \"nan\", expected a horizontal angle, a number"),
+    ("tm33/elements-as-deep-as-the-file.xml", "found broken XML (the root node was opened but never closed)"),
+    ("tm33/entities-of-entities.xml", "found broken XML (XML with DTD detected)"),
+    ("tm33/every-intensity-at-angles-of-its-own.xml", "found 300 planes × 300 angles, but 300 intensities"),
+    ("tm33/intensity-of-1e308.xml", "found an intensity of 1"),
+    ("tm33/lists-as-deep-as-the-file.xml", "found broken JSON, expected JSON of a photometric file"),
+    ("tm33/no-light.xml", "found intensities that are all 0, expected some light"),
+    ("tm33/poles-in-one-plane.xml", ""),
     ("reference/a-number-of-1e999.csv", "found \"1e999\" in column E_lx"),
     (
         "reference/a-title-as-long-as-the-file.csv",

@@ -257,7 +257,9 @@ fn names_are_where_keywords_say() {
         parse("x", file.text().replace("[LUMINAIRE]", " [Luminaire]").replace("[MANUFAC]", "[manufac]").as_bytes());
     let names = [&found.name, &found.manufacturer, &found.catalogue, &found.lamps[0].name];
     assert_eq!(names, ["Lamp of tests", "Maker", "4711", "LED"]);
-    assert_eq!(found.remarks, [("test".to_owned(), "7".to_owned())]);
+    let generation = "test in no accredited laboratory (1.00000)";
+    let remarks = [("test", "7"), ("file generation", generation)].map(|(key, text)| (key.into(), text.into()));
+    assert_eq!(found.remarks, remarks);
     let old = parse("x", file.text().replacen("IES:LM-63-2019\n[TEST] 7", "A lamp of 1986", 1).as_bytes());
     assert_eq!((old.format, old.name.as_str()), (Format::Lm63_1986, "A lamp of 1986"));
 }
@@ -343,7 +345,8 @@ fn tilt_is_that_of_a_luminaire_that_hangs() {
         (tilt.geometry, tilt.factor(22.5), tilt.factor(-180.0), tilt.factor(180.0)),
         (3, 0.8500000000000001, 0.5, 1.0)
     );
-    assert_eq!(include.notes.len(), 1);
+    assert_eq!(include.notes.len(), 2);
+    assert!(include.notes[1].ends_with("which way angles below 0° tilt the lamp isn't said; those above are taken"));
 
     let folder = folder("tilt");
     fs::write(folder.join("my lamp.tlt"), "1\r\n2\r\n0 90\r\n1 .7\r\n").unwrap();
@@ -499,7 +502,7 @@ fn mistakes_are_told_with_their_line() {
             ies.replace("1 -1 1 19 3 1 2 0 0 0", "1 -1 1 19 3 1 2 0 0 -1"),
             "a.ies:9: found luminous opening 0 0 -1",
         ),
-        ("a.ies", ies.replace("1 -1 1 19 3 1 2 0 0 0", "1 -1 1 19 3 1 2 9e9 1 0"), "1000 m at most"),
+        ("a.ies", ies.replace("1 -1 1 19 3 1 2 0 0 0", "1 -1 1 19 3 1 2 9e9 1 0"), "10000 m at most"),
         (
             "a.ies",
             lined(&ies, 13, &format!("-500 {}", "1 ".repeat(18))),
@@ -515,7 +518,17 @@ fn mistakes_are_told_with_their_line() {
         ("a.ldt", lined(&ldt, 3, "5"), "a.ldt"),
         ("a.ldt", lined(&ldt, 4, "0"), "a.ldt:4: found \"0\", expected number of C-planes (Mc), 1 to 7201"),
         ("a.ldt", lined(&ldt, 6, "7000"), "found 1 planes × 7000 angles (lines 3, 4 and 6), but 39 numbers for them"),
-        ("a.ldt", lined(&ldt, 26, "0"), "a.ldt:26: found \"0\", expected number of sets of lamps, 1 to 1000"),
+        ("a.ldt", lined(&ldt, 26, "-1"), "a.ldt:26: found \"-1\", expected number of sets of lamps, 0 to 1000"),
+        (
+            "a.ies",
+            ies.clone() + "1 2 3\n",
+            "a.ies:16: found 3 numbers left over after the last intensity, \"1\" and on",
+        ),
+        (
+            "a.ldt",
+            ldt.clone() + "7\n",
+            "a.ldt:82: found \"7\" left over after the last intensity, expected nothing more",
+        ),
         ("a.ldt", lined(&ldt, 29, "0"), "a.ldt:29: found lamps without a luminous flux"),
         ("a.ldt", lined(&ldt, 17, "-1"), "a.ldt:17: found width of the luminous area -1 mm"),
         ("a.ldt", lined(&ldt, 45, "0"), "a.ldt:45: found γ angle 0, expected more than the one before, 0"),
@@ -535,8 +548,8 @@ fn oddities_are_noted_and_taken() {
     let found = low.read();
     assert_eq!(found.notes, ["line 13: negative intensities, down to -5 cd, taken for 0"]);
     assert_eq!(found.intensity.at(0.0, 90.0), 0.0);
-    let more = parse("x.ies", (Ies::new().text() + "1 2 3\n").as_bytes());
-    assert_eq!(more.notes, ["line 14: \"1\" and what follows isn't read: all intensities are there"]);
+    let more = parse("x.ies", (Ies::new().text() + "END of 1 2 3\n").as_bytes());
+    assert_eq!(more.notes, ["line 14: \"END\" and what follows isn't read: all intensities are there"]);
     let gap = Ies::of(Symmetry::Rotational, steps(0.0, 195.0, STEP[0]), 90.0).read();
     assert!(gap.notes[0].starts_with("line 12: no plane between 195° and 360°"), "{:?}", gap.notes);
     check(&gap, Symmetry::Rotational, 1.0, "gap");
@@ -620,7 +633,7 @@ fn hurt_files_are_read_or_refused() {
                 assert!(values.into_iter().all(|value| value.is_finite() && *value >= 0.0), "case {case}");
                 let opening = found.opening;
                 let sizes = [opening.c0, opening.c90, opening.height];
-                assert!(sizes.iter().all(|size| (0.0..=1e3).contains(size)), "case {case}: {opening:?}");
+                assert!(sizes.iter().all(|size| (0.0..=1e4).contains(size)), "case {case}: {opening:?}");
             }
             Err(error) => {
                 let error = error.to_string();

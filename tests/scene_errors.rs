@@ -128,7 +128,7 @@ fn keys_nobody_knows() {
     assert_eq!(
         luminaire_says("colour = [1, 1, 1]"),
         "scene.toml:5: found unknown key \"colour\" in [[luminaire]], expected one of name, position, aim, rotation, \
-         opening, photometry, flux, dimming, color, cct, group, array, maintenance_factor, dimming_min, power, standby; did you mean color?"
+         opening, photometry, lamp_set, variant, flux, dimming, color, cct, group, array, maintenance_factor, dimming_min, power, standby; did you mean color?"
     );
     assert_eq!(
         says("[[lamp]]\n"),
@@ -221,13 +221,13 @@ fn luminaires_that_can_t_be() {
     );
     assert_eq!(
         luminaire_says("photometry = \"panel.ies\""),
-        "scene.toml:5: found photometry = \"panel.ies\" (there is no such file), expected a photometric file (.ies, .ldt), \
-         \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
+        "scene.toml:5: found photometry = \"panel.ies\" (there is no such file), expected a photometric file (.ies, .ldt, .gldf, \
+         TM-33), \"lambertian\" or \"isotropic\"; its path starts from the scene file's folder"
     );
     assert_eq!(
         luminaire_says("photometry = \"room.obj\""),
-        "room.obj: found neither a line TILT= nor the numbers that begin a EULUMDAT file, expected a photometric file, \
-         LM-63 (.ies) or EULUMDAT (.ldt)"
+        "room.obj: found neither a line TILT= nor the numbers that begin a EULUMDAT file, expected a photometric file: \
+         LM-63 (.ies), EULUMDAT (.ldt), TM-33 (.xml) or GLDF (.gldf)"
     );
     assert_eq!(
         luminaire_says("opening = { sphere = 0.3, disc = 0.3 }"),

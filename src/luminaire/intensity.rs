@@ -24,6 +24,12 @@ impl Intensity {
         Self { planes, angles, candela }
     }
 
+    /// The same with every intensity multiplied.
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        self.candela.iter_mut().for_each(|candela| *candela *= factor);
+        self
+    }
+
     /// C-planes, degrees.
     pub fn planes(&self) -> &[f64] {
         &self.planes

@@ -13,11 +13,11 @@ use sha2::{Digest, Sha256};
 use super::emitters;
 use super::fallback::Fallback;
 use super::fields::{Placed, closest, listed, quoted};
-use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
-use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::file::{MaterialSection, MeshSection, SceneFile};
+use super::fixture::{self, Fixture};
 use super::glass;
 use super::library::{Library, check_names, unset};
-use super::limits::{LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
+use super::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
 use super::obj::Obj;
@@ -31,9 +31,6 @@ use super::{Material, MeasuringPlane, Scene};
 use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
 use crate::input;
-use crate::luminaire::body::Solid;
-use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape as Form};
-use crate::luminaire::web::Web;
 use crate::luminaire::{Distribution, Luminaire, Opening, Supply, colour};
 use crate::units::{self, Lumens};
 
@@ -371,47 +368,6 @@ impl Reader {
         Ok(obj)
     }
 
-    /// What each [[luminaire]] is, photometric files read once each.
-    fn lamps(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<Lamp>, InputError> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mut known: HashMap<PathBuf, (Arc<Web>, Shape)> = HashMap::new();
-        let mut lamp = |section: &LuminaireSection| {
-            let (spread, shape, flux) = match &section.spread {
-                Spread::Isotropic => (LampSpread::Isotropic, Shape::Point, 0.0),
-                Spread::Lambertian => (LampSpread::Lambertian, Shape::Point, 0.0),
-                Spread::File(named) => {
-                    let path = folder.join(&named.value);
-                    if !known.contains_key(&path) {
-                        known.insert(path.clone(), self.photometry(&path, named)?);
-                    }
-                    let (web, shape) = &known[&path];
-                    (LampSpread::Web(Arc::clone(web)), *shape, web.flux())
-                }
-            };
-            let maintained = section.maintenance.or(file.maintenance).unwrap_or(1.0);
-            let flux = section.flux.unwrap_or(flux) * maintained;
-            Ok(Lamp { shape: section.shape.unwrap_or(shape), spread, flux })
-        };
-        file.luminaires.iter().map(&mut lamp).collect()
-    }
-
-    /// Reads a photometric file that the scene names.
-    fn photometry(&mut self, path: &Path, named: &Placed<String>) -> Result<(Arc<Web>, Shape), InputError> {
-        let bytes = self.read(path, LARGEST_PHOTOMETRY).map_err(|why| {
-            let found = format!("photometry = {} ({why})", quoted(&named.value));
-            let expected = "a photometric file (.ies, .ldt), \"lambertian\" or \"isotropic\"";
-            InputError::new(named.at.clone(), found, expected).hint(path_hint(&why))
-        })?;
-        let photometry = Photometry::parse(path, &bytes)?;
-        self.warnings.extend(photometry.notes.iter().map(|note| format!("{}: {note}", path.display())));
-        let shape = opening_of(&photometry.opening);
-        let source = format!("{} ({})", named.value, photometry.format.name());
-        let web = Web::new(photometry.intensity).ok_or_else(|| {
-            InputError::new(Location::file(path), "no luminous intensity above 0", "a luminaire that shines")
-        })?;
-        Ok((Arc::new(web.named(source)), shape))
-    }
-
     /// Mean colour of a texture that an MTL file names.
     fn texture(&mut self, file: &Placed<String>) -> Result<[f64; 3], String> {
         let folder = file.at.file.parent().unwrap_or(Path::new(""));
@@ -484,7 +440,7 @@ impl Reader {
 }
 
 /// What to do where a file that the scene names can't be read.
-fn path_hint(why: &str) -> &'static str {
+pub(super) fn path_hint(why: &str) -> &'static str {
     if why == OUTSIDE { INCLUDE } else { "its path starts from the scene file's folder" }
 }
 
@@ -501,25 +457,6 @@ impl Read for Hashed {
         self.hash.update(&out[..count]);
         self.bytes += count as u64;
         Ok(count)
-    }
-}
-
-/// The luminous opening that a photometric file tells. A line becomes as wide as a thousandth of its length.
-fn opening_of(opening: &LuminousOpening) -> Shape {
-    let LuminousOpening { c0, c90, height, .. } = *opening;
-    let least = 1e-3 * c0.max(c90).max(height);
-    let [a, b, c] = [c0, c90, height].map(|size| size.max(least));
-    match opening.shape {
-        Form::Point => Shape::Point,
-        Form::Rectangle => Shape::Rectangle([a, b]),
-        Form::Ellipse if a == b => Shape::Disc { diameter: a },
-        Form::Ellipse => Shape::Ellipse([a, b]),
-        Form::UprightEllipse => Shape::Upright([b, c]),
-        Form::Box => Shape::Solid(Solid::Box, [a, b, c], 2),
-        Form::VerticalCylinder => Shape::Solid(Solid::Cylinder, [a, b, c], 2),
-        Form::CylinderAlongC0 => Shape::Solid(Solid::Cylinder, [a, b, c], 0),
-        Form::CylinderAlongC90 => Shape::Solid(Solid::Cylinder, [a, b, c], 1),
-        Form::Ellipsoid => Shape::Solid(Solid::Ellipsoid, [a, b, c], 2),
     }
 }
 

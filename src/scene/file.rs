@@ -16,6 +16,7 @@ use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
 use crate::luminaire::body::Solid;
+use crate::luminaire::photometry::{Choice, Chosen};
 use crate::luminaire::{Supply, colour};
 
 /// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
@@ -119,8 +120,8 @@ pub(crate) struct LuminaireSection {
 pub(crate) enum Spread {
     Isotropic,
     Lambertian,
-    /// As this photometric file has it.
-    File(Placed<String>),
+    /// As this photometric file has it, and what is chosen of it.
+    File(Placed<String>, Choice),
 }
 
 /// Form of a luminous opening, m.
@@ -318,13 +319,15 @@ fn dielectric(fields: &Fields) -> Result<Option<Dielectric>, InputError> {
 }
 
 fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<LuminaireSection, InputError> {
-    const KNOWN: [&str; 16] = [
+    const KNOWN: [&str; 18] = [
         "name",
         "position",
         "aim",
         "rotation",
         "opening",
         "photometry",
+        "lamp_set",
+        "variant",
         "flux",
         "dimming",
         "color",
@@ -342,7 +345,7 @@ fn luminaire(source: &Source, at: Location, table: &DeTable) -> Result<Luminaire
     let flux = fields
         .number("flux", "a number above 0, lm", |n| n > 0.0 && n <= 1e15)
         .map_err(|error| error.hint("dimming = 0 switches a luminaire off"))?;
-    if flux.is_none() && !matches!(spread, Spread::File(_)) {
+    if flux.is_none() && !matches!(spread, Spread::File(..)) {
         return Err(fields.missing("flux", "3000 (lm)"));
     }
     Ok(LuminaireSection {
@@ -458,6 +461,14 @@ fn shape(fields: &Fields) -> Result<Option<Shape>, InputError> {
 fn spread(fields: &Fields, shape: Option<Shape>) -> Result<Spread, InputError> {
     let photometry = fields.name("photometry")?;
     let is_point = matches!(shape, None | Some(Shape::Point));
+    let lamp_set = fields.whole("lamp_set", 1, 1000)?;
+    let variant = fields.name("variant")?;
+    let built_in = photometry.as_ref().is_none_or(|word| ["lambertian", "isotropic"].contains(&word.value.as_str()));
+    for key in [lamp_set.as_ref().map(|_| "lamp_set"), variant.as_ref().map(|_| "variant")].into_iter().flatten() {
+        if built_in {
+            return Err(fields.refusal(key, format!("a photometric file that {key} chooses from")));
+        }
+    }
     match photometry {
         None if is_point => Ok(Spread::Isotropic),
         None => Ok(Spread::Lambertian),
@@ -466,7 +477,14 @@ fn spread(fields: &Fields, shape: Option<Shape>) -> Result<Spread, InputError> {
         Some(word) if word.value == "isotropic" => Err(fields
             .refusal("photometry", "\"lambertian\" for an opening with an area")
             .hint("only points shine alike in all directions")),
-        Some(file) => Ok(Spread::File(file)),
+        Some(file) => {
+            let choice = Choice {
+                lamp_set: lamp_set.map(|set| Chosen { value: set.value as usize, at: set.at }),
+                variant: variant.map(|name| Chosen { value: name.value, at: name.at }),
+                flux_is_told: false,
+            };
+            Ok(Spread::File(file, choice))
+        }
     }
 }
 

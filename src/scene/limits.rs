@@ -16,7 +16,9 @@
 //! | nesting of lists and tables | 80 | the reader of TOML is recursive |
 //! | scene file, MTL file | 64 MiB each | a million sensors fit |
 //! | OBJ file | 16 GiB | read in blocks |
-//! | photometric file | 16 MiB | a table of a quarter of a degree in both directions has less |
+//! | photometric file | 16 MiB, also within a GLDF | a table of a quarter of a degree in both directions has less |
+//! | GLDF file | 128 MiB, 10,000 files in it | it holds pictures too; no more than two of its files are unpacked |
+//! | XML | 2 million elements and texts | a table of a quarter of a degree has as many |
 //! | texture | 256 MiB, 67 million pixels (2²⁶) | small files may promise many; a JPEG takes up to 9 bytes a pixel |
 //!
 //! A file that a scene names is a regular file in the folder of the scene file, or in a folder below it; `..`, links and
@@ -44,6 +46,10 @@ pub(crate) const LARGEST_SCENE: u64 = 64 << 20;
 pub(crate) const LARGEST_MTL: u64 = 64 << 20;
 pub(crate) const LARGEST_TEXTURE: u64 = 256 << 20;
 pub(crate) const LARGEST_PHOTOMETRY: u64 = 16 << 20;
+pub(crate) const LARGEST_GLDF: u64 = 128 << 20;
+/// Most files in a GLDF, and most elements and texts of an XML file.
+pub(crate) const MOST_FILES: usize = 10_000;
+pub(crate) const MOST_NODES: u32 = 2_000_000;
 pub(crate) const LARGEST_OBJ: u64 = 16 << 30;
 
 /// The folders whose files a scene may name.

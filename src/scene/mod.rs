@@ -14,6 +14,7 @@ pub mod file;
 mod fixture;
 mod glass;
 pub mod glazing;
+mod lamps;
 mod library;
 pub mod limits;
 mod lines;

@@ -80,7 +80,9 @@ impl std::fmt::Display for Passes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (index, PassRange { seed, first, count }) in self.0.iter().enumerate() {
             let comma = if index > 0 { ", " } else { "" };
-            write!(f, "{comma}{first} … {} of seed {seed}", u64::from(*first) + u64::from(*count) - 1)?;
+            // An empty range is told, too: a file that was tampered with may hold one.
+            let last = (u64::from(*first) + u64::from(*count)).saturating_sub(1);
+            write!(f, "{comma}{first} … {last} of seed {seed}")?;
         }
         Ok(())
     }
@@ -108,6 +110,8 @@ mod tests {
         assert!(passes.has_all(0, 2, 9) && !passes.has_all(0, 2, 10) && !passes.has_all(1, 1, 3));
         assert_eq!(passes.add(&range(0, 8, 3)), Err((0, 8)));
         assert_eq!(passes.len(), 11);
+        let empty = Passes(vec![PassRange { seed: 7, first: 0, count: 0 }]);
+        assert_eq!((empty.to_string().as_str(), empty.is_valid()), ("0 … 0 of seed 7", false));
         assert_eq!(passes.to_string(), "0 … 8 of seed 0, 0 … 1 of seed 1");
     }
 }

@@ -4,6 +4,9 @@
 //! Both `tests/hostile.rs` and the targets in `fuzz/` call these functions.
 #![allow(dead_code, unreachable_pub, reason = "each fuzz target uses its own part")]
 
+#[path = "gldf.rs"]
+mod gldf;
+
 use std::fmt::Display;
 use std::fs;
 use std::io::Cursor;
@@ -23,6 +26,7 @@ use luxmap::report::ExtraLayers;
 use luxmap::scene::plan::{Method, Plan};
 use luxmap::scene::{MeasuringPlane, PlaneKind, Scene, read_obj_both_ways};
 use sha2::{Digest, Sha256};
+use zip::CompressionMethod;
 
 /// What became of an input: a refusal, in its own words, or something of use.
 pub type Outcome = Result<(), String>;
@@ -44,6 +48,8 @@ pub fn made_up(target: &str) -> Vec<Vec<u8>> {
     match target {
         "scene" => sound_scenes(),
         "reference" => images(),
+        "gldf" => archives(),
+        "tm33" => documents(),
         "checkpoint" => (0..KNOWN.len()).flat_map(|which| [sound_sums(which), sound_state(which)]).collect(),
         _ => Vec::new(),
     }
@@ -95,6 +101,53 @@ fn images() -> Vec<Vec<u8>> {
         out.into_inner()
     };
     all.enumerate().map(image).collect()
+}
+
+/// Archives, and what `product.xml` may say; see [`gldf`].
+fn archives() -> Vec<Vec<u8>> {
+    let files = [("a", "ldc/eulumdat", "lamp.ldt"), ("b", "ldc/ies", "lamp.ies")];
+    let (fixed, shows) = (gldf::fixed("a", 4000.0), gldf::shows("e"));
+    let one = gldf::product(&files, &[("e", &fixed)], &[("v1", "White", &shows)], "");
+    let sources = "<LightSources><ChangeableLightSource id=\"s\"><RatedLuminousFlux>500</RatedLuminousFlux>\
+                   </ChangeableLightSource></LightSources><Equipments><Equipment id=\"q\"><LightSourceReference \
+                   changeableLightSourceId=\"s\" lightSourceCount=\"2\"/></Equipment></Equipments>";
+    let changeable = "<ChangeableLightEmitter><Rotation><X>0</X></Rotation><PhotometryReference photometryId=\"p_b\"/>\
+                      <EquipmentReference equipmentId=\"q\"/></ChangeableLightEmitter>";
+    let other = gldf::product(&files, &[("e", changeable)], &[("v1", "A", &shows), ("v2", "B", &shows)], sources);
+    let archive = |product: &str, method| {
+        let files = [("product.xml", product.as_bytes()), ("ldc/lamp.ldt", LDT), ("ldc/lamp.ies", IES)];
+        gldf::archive(&files, method)
+    };
+    let stored = archive(&one, CompressionMethod::Stored);
+    let deflated = archive(&other, CompressionMethod::Deflated);
+    vec![one.into_bytes(), other.into_bytes(), stored, deflated]
+}
+
+/// TM-33 in its dialects.
+fn documents() -> Vec<Vec<u8>> {
+    let points = |element: &str, [h, v]: [&str; 2]| -> String {
+        let all = [0, 90].into_iter().flat_map(|plane| [(plane, 0, 300), (plane, 45, 200), (plane, 90, 0)]);
+        all.map(|(c, g, cd)| format!("<{element} {h}=\"{c}\" {v}=\"{g}\">{cd}</{element}>\n")).collect()
+    };
+    let new = format!(
+        "<?xml version=\"1.0\"?>\n<IESTM33-22><Version>1.1</Version><Header><Description>Lamp</Description></Header>\
+         <Luminaire><Dimensions><Length>600</Length><Width>300</Width><Height>50</Height></Dimensions></Luminaire>\
+         <Emitter><Quantity>2</Quantity><Description>LED</Description><RatedLumens>700</RatedLumens><BallastFactor>0.9\
+         </BallastFactor><LuminousData><LuminousIntensity><Symm>Symm _ Quad</Symm><Multiplier>1.5</Multiplier>{}\
+         </LuminousIntensity><LuminousFlux>450</LuminousFlux></LuminousData><SpectralData/></Emitter></IESTM33-22>",
+        points("IntData", ["h", "v"])
+    );
+    let old = format!(
+        "<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\"><Header/><Emitter><ID>a</ID>\
+         <IntensityDistribution><PhotometryType>C</PhotometryType><Units>cd/klm</Units>{}</IntensityDistribution>\
+         <RatedLumens>700</RatedLumens></Emitter></LuminaireOpticalData>",
+        points("IntensityData", ["horz", "vert"])
+    );
+    let json = "{\"header\": {\"description\": \"Lamp\"}, \"luminaire\": {\"dimensions\": {\"length\": 600, \"width\": 300}}, \
+                \"emitters\": [{\"id\": \"a\", \"quantity\": 1, \"ratedLumens\": 700, \"intensityDistribution\": \
+                {\"photometryType\": \"C\", \"horizontalAngles\": [0, 90], \"verticalAngles\": [0, 45, 90], \
+                \"intensities\": [300, 200, 0, 300, 100, 0]}}]}";
+    vec![new.into_bytes(), old.into_bytes(), json.as_bytes().to_vec()]
 }
 
 /// A refusal as it is printed: one line that a terminal can show, and not a page of it.
@@ -213,6 +266,20 @@ pub fn ies(input: &[u8]) -> Outcome {
 /// The same, else `.ldt`.
 pub fn ldt(input: &[u8]) -> Outcome {
     photometry("lamp.ldt", input)
+}
+
+/// A GLDF: a zip archive as it is, and anything else as the `product.xml` of one that holds `lamp.ldt` and `lamp.ies`.
+pub fn gldf(input: &[u8]) -> Outcome {
+    if input.starts_with(b"PK") {
+        return photometry("lamp.gldf", input);
+    }
+    let files = [("product.xml", input), ("ldc/lamp.ldt", LDT), ("ldc/lamp.ies", IES)];
+    photometry("lamp.gldf", &gldf::archive(&files, CompressionMethod::Stored))
+}
+
+/// A file of TM-33, XML or JSON.
+pub fn tm33(input: &[u8]) -> Outcome {
+    photometry("lamp.xml", input)
 }
 
 /// Read, asked for its intensity all around, and directions drawn from it.

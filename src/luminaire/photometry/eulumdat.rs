@@ -4,50 +4,62 @@
 //! One item a line: 26 lines about the luminaire, six for each set of lamps, ten direct ratios, the C-planes, the γ
 //! angles, and intensities in cd per 1000 lm of the lamps.
 //!
-//! - Sets of lamps are alternatives; the first counts. A negative number of lamps means absolute photometry (Lighting
+//! - Sets of lamps are alternatives; the first counts, or the one that is chosen ([`Choice`]). A negative number of lamps means absolute photometry (Lighting
 //!   Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities are cd/klm in both cases, so I = value
 //!   × conversion factor × flux / 1000.
 //! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over
 //!   C0 to C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
 //! - C0 is taken to lie across the lamp, C90 along it (`opening.rs`). Planes are taken to count counterclockwise seen
 //!   from above, C0 towards +x and C90 towards +y, the same as in LM-63.
-//! - C-planes and γ angles in descending order are taken, with a note.
+//! - Without a set of lamps, or with lamps of 0 lm, it isn't known how much light there is: refused, unless the user
+//!   says what the luminaire gives.
+//! - C-planes and γ angles in descending order, and planes past 360°, are taken with a note (`angles.rs`).
+//! - Decimal commas are taken with a note, unless each could part thousands as well (`text.rs`). Numbers left over after
+//!   the last intensity are refused; text there is passed over.
 //! - The flux declared for the luminaire is that of the lamps × LORL.
 
 use std::path::Path;
 
-use super::opening::LuminousOpening;
+use super::opening::{LuminousOpening, Unit};
 use super::table::{Table, within_turn};
-use super::text::{self, Words, quoted};
-use super::{Format, Kind, Lamps, Notes, Photometry, Symmetry, Values};
+use super::text::{self, Commas, Words, quoted};
+use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
-
-/// Most planes, and most γ angles.
-const MOST_ANGLES: i64 = 7201;
 
 /// Lines of the head, which begin the file.
 const HEAD: usize = 26;
 
 /// Reads a EULUMDAT file.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
+pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photometry, InputError> {
     let lines = text::lines(text);
     let mut notes = Notes::default();
     let head = Lines { path, lines: &lines };
     let (kind, planes, angles) = (head.whole(3, "symmetry (Isym)", 0, 4)?, head.planes()?, head.angles()?);
-    let sets = head.whole(26, "number of sets of lamps", 1, 1000)? as usize;
+    let sets = head.whole(26, "number of sets of lamps", 0, 1000)? as usize;
     let lamps = (0..sets).map(|set| head.lamps(HEAD + 6 * set, &mut notes)).collect::<Result<Vec<_>, _>>()?;
-    if sets > 1 {
-        notes.at(26, format!("{sets} sets of lamps, alternatives; the first is taken"));
+    if let Some((line, sentence)) = text::decimals(path, head.numbers(sets))? {
+        notes.at(line, sentence);
     }
-    let factor = head.factor(&lamps[0], &mut notes)?;
+    let set = head.chosen(sets, choice, &mut notes)?;
+    let factor = head.factor(lamps.get(set), HEAD + 6 * set + 3, choice, &mut notes)?;
     let opening = head.opening(&mut notes)?;
     let tilt = head.number(25, "tilt during measurement", &mut notes)?;
     if tilt != 0.0 {
         notes.at(25, format!("measured tilted by {tilt}°; directions are taken as they stand"));
     }
-    let mut words = Words::new(path, &lines, HEAD + 6 * sets + 10, false);
+    let first = HEAD + 6 * sets + 10;
     let stored = Stored::new(kind, planes);
-    let body = stored.read(path, angles, factor, &mut words, &mut notes)?;
+    let read = |commas| {
+        let mut notes = Notes::default();
+        let body = stored.read(path, angles, factor, &mut Words::new(path, &lines, first, commas), &mut notes)?;
+        Ok((body, notes))
+    };
+    let ((body, others), note) = text::settle(path, Words::new(path, &lines, first, Commas::Decimal), read)?;
+    if let Some((line, sentence)) = note {
+        notes.at(line, sentence);
+    }
+    notes.0.extend(others.0);
+    let opening_note = notes.opening(16, opening.doubt(Unit::Millimetre));
     let share = |line: usize, what: &str, notes: &mut Notes| -> Result<Option<f64>, InputError> {
         let percent = head.number(line, what, notes)?;
         Ok((percent > 0.0 && percent <= 1000.0).then_some(percent / 100.0))
@@ -73,12 +85,14 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
         symmetry: stored.symmetry,
         tabulated: [stored.planes, angles],
         intensity: body.unfold(stored.symmetry),
-        flux: output.zip(lamps[0].flux).map(|(output, flux)| output * flux),
+        flux: output.zip(lamps.get(set).and_then(|lamps| lamps.flux)).map(|(output, flux)| output * flux),
         downward,
         opening,
+        opening_note,
         tilt: None,
-        power: lamps[0].power,
+        power: lamps.get(set).and_then(|lamps| lamps.power),
         lamps,
+        lamp_set: set,
         notes: notes.0,
     })
 }
@@ -130,11 +144,11 @@ impl Lines<'_> {
     }
 
     fn planes(&self) -> Result<usize, InputError> {
-        Ok(self.whole(4, "number of C-planes (Mc)", 1, MOST_ANGLES)? as usize)
+        Ok(self.whole(4, "number of C-planes (Mc)", 1, angles::MOST)? as usize)
     }
 
     fn angles(&self) -> Result<usize, InputError> {
-        Ok(self.whole(6, "number of γ angles (Ng)", 2, MOST_ANGLES)? as usize)
+        Ok(self.whole(6, "number of γ angles (Ng)", 2, angles::MOST)? as usize)
     }
 
     /// The set of lamps whose first line follows `before`.
@@ -156,8 +170,34 @@ impl Lines<'_> {
         })
     }
 
-    /// What values are multiplied by to be cd.
-    fn factor(&self, lamps: &Lamps, notes: &mut Notes) -> Result<f64, InputError> {
+    /// Every line of the head that is a number, and the set of lamps' and ratios', with its text.
+    fn numbers(&self, sets: usize) -> impl Iterator<Item = (usize, &str)> {
+        let lamps = (0..sets).flat_map(|set| [1, 3, 6].map(|line| HEAD + 6 * set + line));
+        let ratios = (1..=10).map(move |line| HEAD + 6 * sets + line);
+        let all = (4..=7).chain(13..=HEAD).chain(lamps).chain(ratios);
+        all.map(|line| (line, self.text(line))).filter(|(_, text)| text::parse(text).is_some())
+    }
+
+    /// Index of the set of lamps that counts.
+    fn chosen(&self, sets: usize, choice: &Choice, notes: &mut Notes) -> Result<usize, InputError> {
+        match &choice.lamp_set {
+            Some(set) => set.within(sets, self.path),
+            None if sets > 1 => {
+                notes.at(26, format!("{sets} sets of lamps, alternatives; the first is taken"));
+                Ok(0)
+            }
+            None => Ok(0),
+        }
+    }
+
+    /// What values are multiplied by to be cd; `line` is that of the lamps' flux.
+    fn factor(
+        &self,
+        lamps: Option<&Lamps>,
+        line: usize,
+        choice: &Choice,
+        notes: &mut Notes,
+    ) -> Result<f64, InputError> {
         let conversion = self.number(24, "conversion factor of the intensities", notes)?;
         let conversion = if conversion == 0.0 {
             notes.at(24, "conversion factor 0, taken for 1".to_owned());
@@ -168,14 +208,17 @@ impl Lines<'_> {
         if !(0.0..=1e9).contains(&conversion) {
             return self.refuse(24, format!("conversion factor {conversion}"), "more than 0, 1e9 at most");
         }
-        match lamps.flux {
-            Some(flux) if flux > 0.0 => Ok(conversion * flux / 1000.0),
-            _ => self.refuse(
-                HEAD + 3,
-                "lamps without a luminous flux".to_owned(),
-                "more than 0 lm: intensities are cd/klm",
-            ),
+        let (line, found) = match lamps {
+            Some(Lamps { flux: Some(flux), .. }) if *flux > 0.0 => return Ok(conversion * flux / 1000.0),
+            Some(_) => (line, "lamps without a luminous flux"),
+            None => (26, "no set of lamps"),
+        };
+        if choice.flux_is_told {
+            return Ok(conversion);
         }
+        let expected = "more than 0 lm: intensities are cd per 1000 lm of the lamps";
+        let error = self.refuse(line, found.to_owned(), expected);
+        error.map_err(|error| error.hint("flux = … in [[luminaire]] says what the luminaire gives, lm"))
     }
 
     /// Lengths are mm.
@@ -237,11 +280,11 @@ impl Stored {
             let error = InputError::new(Location::line(path, start), found, expected);
             return Err(error.hint("is the file cut off?"));
         }
-        let (plane_line, mut planes, planes_fall) = words.angles_either_way(self.planes, "C-plane", [0.0, 360.0])?;
-        let (gamma_line, mut gamma, gamma_falls) = words.angles_either_way(angles, "γ angle", [0.0, 180.0])?;
+        let planes = angles::read(path, words, self.planes, "C-plane", angles::TURNS, notes)?;
+        let gamma = angles::read(path, words, angles, "γ angle", [0.0, 180.0], notes)?;
         // Some programs store every plane whatever the symmetry.
         let all = self.count == self.planes || words.left() == self.planes * angles;
-        let (first, count) = if all { (0, self.planes) } else { (self.first, self.count) };
+        let (first, count) = if all { (0, self.planes) } else { (self.begin(&planes.list), self.count) };
         if all && self.count < self.planes {
             let line = words.at();
             notes.at(
@@ -249,53 +292,58 @@ impl Stored {
                 format!("intensities of all {} planes, though symmetry asks for {}", self.planes, self.count),
             );
         }
-        if planes_fall && !all && self.symmetry != Symmetry::Rotational {
+        if planes.fall && !all && self.symmetry != Symmetry::Rotational {
             let found = "C-planes in descending order";
             let expected = "ascending ones where symmetry (line 3) says which have intensities";
-            return Err(InputError::new(Location::line(path, plane_line), found, expected));
+            return Err(InputError::new(Location::line(path, planes.line), found, expected));
         }
-        if !planes_fall {
-            self.check_ends(path, plane_line, &planes)?;
-        }
+        self.check_ends(path, planes.line, &planes.list, first, count)?;
         let values = Values::read(path, words, count * angles, factor, notes)?;
-        if let Some((line, word)) = words.next() {
-            notes.at(line, format!("{} and what follows isn't read: all intensities are there", quoted(word)));
-        }
-        let mut candela = values.candela;
-        if gamma_falls {
-            notes.at(gamma_line, "γ angles in descending order".to_owned());
-            gamma.reverse();
-            candela.chunks_mut(angles).for_each(<[f64]>::reverse);
-        }
-        if planes_fall && all {
-            notes.at(plane_line, "C-planes in descending order".to_owned());
-            planes.reverse();
-            candela = candela.chunks(angles).rev().flatten().copied().collect();
-        }
-        let mut stored: Vec<f64> = (first..first + count).map(|plane| planes[plane % self.planes]).collect();
+        let counted = format!("{count} × {angles} angles have {} intensities", count * angles);
+        text::check_end(path, words, &counted, notes)?;
+        let mut stored: Vec<f64> = (first..first + count).map(|plane| planes.list[plane % self.planes]).collect();
         if self.symmetry == Symmetry::AboutC90 && !all {
             // From C270 over C0 to C90: as −90 … 90.
             stored.iter_mut().filter(|c| **c > 180.0).for_each(|c| *c -= 360.0);
         }
-        if stored.len() > 1 && within_turn(stored[stored.len() - 1]) == within_turn(stored[0]) {
-            stored.pop();
-            candela.truncate(stored.len() * angles);
-        }
-        let table = Table { planes: stored, angles: gamma, candela };
+        let mut table = Table { planes: stored, angles: gamma.list, candela: values.candela };
+        table.turn(planes.fall && all, gamma.fall);
+        table.close();
         super::check_nadir(&table, values.line, notes);
         Ok(table)
     }
 
-    /// Whether the planes with intensities begin and end where the symmetry wants them.
-    fn check_ends(&self, path: &Path, line: usize, planes: &[f64]) -> Result<(), InputError> {
-        let ends = match self.symmetry {
-            Symmetry::AboutC0 => [0.0, 180.0],
-            Symmetry::AboutC90 => [270.0, 90.0],
-            Symmetry::Quadrant => [0.0, 90.0],
-            Symmetry::None | Symmetry::Rotational => return Ok(()),
-        };
-        let found = [self.first, self.first + self.count - 1].map(|plane| planes[plane % self.planes]);
-        if found == ends {
+    /// Index of the first plane with intensities: the one where the symmetry begins, else the one at its place in a
+    /// list that begins at C0.
+    fn begin(&self, planes: &[f64]) -> usize {
+        let start = self.ends().map(|[start, _]| start);
+        planes.iter().position(|plane| Some(within_turn(*plane)) == start).unwrap_or(self.first)
+    }
+
+    /// Where the symmetry begins and ends.
+    fn ends(&self) -> Option<[f64; 2]> {
+        match self.symmetry {
+            Symmetry::AboutC0 => Some([0.0, 180.0]),
+            Symmetry::AboutC90 => Some([270.0, 90.0]),
+            Symmetry::Quadrant => Some([0.0, 90.0]),
+            Symmetry::None | Symmetry::Rotational => None,
+        }
+    }
+
+    /// Whether the planes with intensities begin and end where the symmetry wants them, or go all around.
+    fn check_ends(
+        &self,
+        path: &Path,
+        line: usize,
+        planes: &[f64],
+        first: usize,
+        count: usize,
+    ) -> Result<(), InputError> {
+        let Some(ends) = self.ends() else { return Ok(()) };
+        let found = [first, first + count - 1].map(|plane| within_turn(planes[plane % self.planes]));
+        let widest = planes.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        let around = count == self.planes && 360.0 - (planes[self.planes - 1] - planes[0]) <= 1.5 * widest;
+        if found == ends || around {
             return Ok(());
         }
         let found = format!("planes C{} to C{} with intensities", found[0], found[1]);

@@ -10,64 +10,70 @@
 //!   from 2019, so there it isn't a factor. Radiance's `ies2rad` does the same.
 //! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as
 //!   `ies2rad` has it since 1993 (until then it mirrored): C0 towards +x, C90 towards +y.
-//! - **Tilt**: some lamps give less light when they are tilted. The factors say how much by the luminaire's tilt;
-//!   where it hangs as it was measured the tilt is 0°, and that factor is what intensities are multiplied by.
-//!   [`Tilt`] keeps all.
-//! - Type A and B become type C (`table.rs` tells how).
+//! - **Tilt**: some lamps give less light when they are tilted (`tilt.rs`). Where the luminaire hangs as it was measured
+//!   the tilt is 0°, and that factor is what intensities are multiplied by; [`Tilt`] keeps all, and a scene takes the
+//!   one of the luminaire's actual tilt.
+//! - Type A and B become type C (`table.rs` tells how). One plane of them is taken as the same all around the axis, with
+//!   a note: nothing else is known of the other directions.
+//! - **Commas** part numbers, or are decimal signs (`text.rs`): whichever fits the counts of angles. Numbers left over
+//!   after the last intensity are refused; text there is passed over.
+//! - Angles may descend, and planes may run past 360° (`angles.rs`).
 //!
 //! Sources: definitions of ANSI/IESNA LM-63-02; the notes on all editions in Radiance's `ies2rad.c` 2.35; Autodesk's
 //! summary of LM-63-1991; Lighting Analysts' knowledge base on complete ranges of angles.
 
-use std::path::{Component, Path};
+use std::path::Path;
 
-use super::opening::LuminousOpening;
+use super::labels::{self, Labels, edition, edition_of, names_tm33};
+use super::opening::{LuminousOpening, Unit};
 use super::table::Table;
-use super::text::{self, Words, quoted};
-use super::{Format, Kind, Lamps, Notes, Photometry, Symmetry, Tilt, Values};
+use super::text::{self, Commas, Words, quoted};
+use super::{Format, Kind, Notes, Photometry, Symmetry, Tilt, Values, angles, tilt};
 use crate::error::{InputError, Location};
+use crate::luminaire::intensity::Intensity;
 
-/// Metres of a foot.
-const FOOT: f64 = 0.3048;
 /// Largest size of an opening, m.
-const LARGEST: f64 = 1000.0;
-/// Most angles of a table in one direction: twentieths of a degree around a circle.
-const MOST_ANGLES: i64 = 7201;
+const LARGEST: f64 = 10_000.0;
 
 /// Reads an LM-63 file.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
     let lines = text::lines(text);
     let mut notes = Notes::default();
     let (format, first) = edition(&lines, &mut notes);
-    let Some(tilt_line) = (first..lines.len()).find(|&line| tilt_of(lines[line]).is_some()) else {
+    let Some(tilt_line) = (first..lines.len()).find(|&line| tilt::of_line(lines[line]).is_some()) else {
+        if first > 0 && names_tm33(lines[first - 1]) {
+            let found = format!("{}, and neither XML nor a line TILT=", quoted(lines[first - 1].trim()));
+            let error = InputError::new(Location::line(path, first), found, "a TM-33 file, which is XML");
+            return Err(error.hint("an LM-63 or EULUMDAT file of the luminaire is read, too"));
+        }
         let at = Location::line(path, lines.len().max(1));
         let expected = "a line TILT=NONE, TILT=INCLUDE or TILT=<file> before the numbers of an LM-63 file";
         return Err(InputError::new(at, "the end of the file", expected));
     };
-    let labels = Labels::read(&lines[first..tilt_line], format);
-    let mut words = Words::new(path, &lines, tilt_line + 1, true);
-    let tilt = read_tilt(path, tilt_line + 1, tilt_of(lines[tilt_line]).unwrap_or_default(), &mut words)?;
-    let head = Head::read(path, format, &mut words, &mut notes)?;
-    let hanging = tilt.as_ref().map_or(1.0, |tilt| tilt.factor(0.0));
-    if let Some(tilt) = &tilt {
-        notes.at(tilt_line + 1, format!("{}; intensities are for 0°, factor {hanging}", tilt.describe()));
+    let mut labels = Labels::read(&lines[first..tilt_line], format);
+    let all = Words::new(path, &lines, tilt_line + 1, Commas::Decimal);
+    let (numbers, note) = text::settle(path, all, |commas| Numbers::read(path, format, &lines, tilt_line, commas))?;
+    if let Some((line, sentence)) = note {
+        notes.at(line, sentence);
     }
-    if hanging <= 0.0 {
-        let found = format!("tilt factor {hanging} at 0°");
-        return Err(InputError::new(Location::line(path, tilt_line + 1), found, "more than 0"));
-    }
-    let body = Body::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
-    let lamps = labels.lamps(&head);
+    let Numbers { tilt, head, body, notes: others } = numbers;
+    notes.0.extend(others.0);
+    let opening_note = notes.opening(head.opening_line, head.opening.doubt(head.unit));
+    labels.remarks.extend(head.generation.map(|text| ("file generation".to_owned(), text)));
+    let lamps = labels.lamps(head.lamps, head.lamp_flux, head.power);
     Ok(Photometry {
         format,
         power: lamps.power,
         lamps: vec![lamps],
+        lamp_set: 0,
         kind: head.kind,
         symmetry: body.symmetry,
         tabulated: [head.planes, head.angles],
-        intensity: body.into_intensity(head.kind),
+        intensity: into_intensity(body.table, head.kind, body.symmetry, path, body.line)?,
         flux: None,
         downward: None,
         opening: head.opening,
+        opening_note,
         tilt,
         name: labels.name,
         catalogue: labels.catalogue,
@@ -77,172 +83,45 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
     })
 }
 
+/// What stands below `TILT=`.
+#[derive(PartialEq)]
+struct Numbers {
+    tilt: Option<Tilt>,
+    head: Head,
+    body: Body,
+    notes: Notes,
+}
+
+impl Numbers {
+    /// Reads them where commas mean that; they end with the file, or with text.
+    fn read(path: &Path, format: Format, lines: &[&str], tilt_line: usize, commas: Commas) -> Result<Self, InputError> {
+        let mut notes = Notes::default();
+        let mut words = Words::new(path, lines, tilt_line + 1, commas);
+        let what = tilt::of_line(lines[tilt_line]).unwrap_or_default();
+        let tilt = tilt::read(path, tilt_line + 1, what, &mut words, &mut notes)?;
+        let head = Head::read(path, format, &mut words, &mut notes)?;
+        let hanging = tilt.as_ref().map_or(1.0, |tilt| tilt.factor(0.0));
+        if let Some(tilt) = &tilt {
+            tilt.note(tilt_line + 1, hanging, &mut notes);
+        }
+        if hanging <= 0.0 {
+            let found = format!("tilt factor {hanging} at 0°");
+            return Err(InputError::new(Location::line(path, tilt_line + 1), found, "more than 0"));
+        }
+        let body = Body::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
+        Ok(Self { tilt, head, body, notes })
+    }
+}
+
 /// Whether a text is an LM-63 file: its first line says so, or one begins with `TILT=`.
 pub(super) fn is_ies(text: &str) -> bool {
     let lines = text::lines(text);
     let first = lines.iter().find(|line| !line.trim().is_empty());
-    first.is_some_and(|line| edition_of(line).is_some()) || lines.iter().any(|line| tilt_of(line).is_some())
-}
-
-/// What stands after `TILT=` in a line that begins so, in any case and with blanks anywhere.
-fn tilt_of(line: &str) -> Option<&str> {
-    let line = line.trim();
-    let word = line.get(..4).filter(|word| word.eq_ignore_ascii_case("TILT"))?;
-    line[word.len()..].trim_start().strip_prefix('=').map(str::trim)
-}
-
-/// The edition, and the index of the line after the one that tells it.
-fn edition(lines: &[&str], notes: &mut Notes) -> (Format, usize) {
-    let Some(line) = lines.iter().position(|line| !line.trim().is_empty()) else { return (Format::Lm63_1986, 0) };
-    match edition_of(lines[line]) {
-        Some(Some(format)) => (format, line + 1),
-        Some(None) => {
-            notes
-                .at(line + 1, format!("{} is an edition unknown here, read as LM-63-2019", quoted(lines[line].trim())));
-            (Format::Lm63_2019, line + 1)
-        }
-        None => (Format::Lm63_1986, line),
-    }
-}
-
-/// Edition that a first line tells, `Some(None)` where it is unknown: `IESNA91`, `IESNA:LM-63-1995`,
-/// `IES:LM-63-2019`, in any case and with blanks anywhere.
-fn edition_of(line: &str) -> Option<Option<Format>> {
-    let line: String = line.chars().filter(|c| !c.is_whitespace()).take(40).collect::<String>().to_ascii_uppercase();
-    let rest = line.strip_prefix("IESNA").or_else(|| line.strip_prefix("IES"))?;
-    let rest = rest.trim_start_matches([':', '-']);
-    let year = match rest.strip_prefix("LM").map(|rest| rest.trim_start_matches('-')) {
-        Some(rest) => rest.strip_prefix("63")?.trim_start_matches(['-', ':']),
-        None if rest.starts_with(|c: char| c.is_ascii_digit()) => rest,
-        None => return None,
-    };
-    let two_digits = year.strip_prefix("19").filter(|year| year.len() > 1).or_else(|| year.strip_prefix("20"));
-    Some(match two_digits.unwrap_or(year).get(..2) {
-        Some("86") => Some(Format::Lm63_1986),
-        Some("91") => Some(Format::Lm63_1991),
-        Some("95") => Some(Format::Lm63_1995),
-        Some("02") => Some(Format::Lm63_2002),
-        Some("19") => Some(Format::Lm63_2019),
-        _ => None,
-    })
-}
-
-/// What the lines between the edition and `TILT=` say.
-#[derive(Default)]
-struct Labels {
-    name: String,
-    catalogue: String,
-    manufacturer: String,
-    lamp: String,
-    colour: String,
-    rendering: String,
-    remarks: Vec<(String, String)>,
-}
-
-impl Labels {
-    fn read(lines: &[&str], format: Format) -> Self {
-        let mut pairs: Vec<(String, String)> = Vec::new();
-        for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
-            let keyed = line.strip_prefix('[').and_then(|line| line.split_once(']'));
-            let (key, value) = keyed.map_or(("", line), |(key, value)| (key.trim(), value.trim()));
-            let key = key.to_ascii_uppercase();
-            match pairs.last_mut() {
-                Some((_, before)) if key == "MORE" => {
-                    before.push(' ');
-                    before.push_str(&text::label(value));
-                }
-                _ => pairs.push((text::label(&key), text::label(value))),
-            }
-        }
-        let mut labels = Self::default();
-        for (key, text) in pairs.into_iter().filter(|(_, text)| !text.is_empty()) {
-            let known = match key.as_str() {
-                "LUMINAIRE" => &mut labels.name,
-                "LUMCAT" => &mut labels.catalogue,
-                "MANUFAC" => &mut labels.manufacturer,
-                "LAMP" => &mut labels.lamp,
-                "COLORTEMP" => &mut labels.colour,
-                "CRI" => &mut labels.rendering,
-                // Without keywords the first line is what the file is about.
-                "" if format == Format::Lm63_1986 => &mut labels.name,
-                _ => {
-                    labels.remarks.push((key.to_ascii_lowercase(), text));
-                    continue;
-                }
-            };
-            if known.is_empty() {
-                *known = text;
-            } else {
-                labels.remarks.push((key.to_ascii_lowercase(), text));
-            }
-        }
-        labels
-    }
-
-    fn lamps(&self, head: &Head) -> Lamps {
-        Lamps {
-            count: head.lamps,
-            name: self.lamp.clone(),
-            flux: head.lamp_flux,
-            power: head.power,
-            colour: self.colour.clone(),
-            rendering: self.rendering.clone(),
-            absolute: head.lamp_flux.is_none(),
-        }
-    }
-}
-
-/// The tilt factors of `TILT=` and the numbers after it, or those of the file it names.
-fn read_tilt(path: &Path, line: usize, what: &str, words: &mut Words) -> Result<Option<Tilt>, InputError> {
-    if what.eq_ignore_ascii_case("NONE") {
-        return Ok(None);
-    }
-    if what.eq_ignore_ascii_case("INCLUDE") {
-        return tilt_factors(path, words).map(Some);
-    }
-    let at = || Location::line(path, line);
-    let name = Path::new(what);
-    let stays = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if what.is_empty() || !stays || what.contains(['\\', ':']) || what.contains(char::is_control) {
-        let expected = "NONE, INCLUDE or the name of a file in the same folder";
-        return Err(InputError::new(at(), format!("TILT={}", quoted(what)), expected));
-    }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let file = folder.join(name);
-    // A link may lead elsewhere.
-    if let (Ok(real), Ok(folder)) = (file.canonicalize(), Path::new(".").join(folder).canonicalize())
-        && !real.starts_with(folder)
-    {
-        let found = format!("TILT={}, which lies in another folder", quoted(what));
-        return Err(InputError::new(at(), found, "the name of a file in the same folder"));
-    }
-    let content = super::content(&file).map_err(|error| InputError {
-        at: at(),
-        found: format!("TILT={}, {} there", quoted(what), error.found),
-        ..error
-    })?;
-    let text = text::decode(&file, &content)?;
-    let lines = text::lines(&text);
-    tilt_factors(&file, &mut Words::new(&file, &lines, 0, true)).map(Some)
-}
-
-/// Lamp-to-luminaire geometry, number of pairs, angles, factors.
-fn tilt_factors(path: &Path, words: &mut Words) -> Result<Tilt, InputError> {
-    let (_, geometry) = words.whole("lamp-to-luminaire geometry", 1, 3)?;
-    let (_, count) = words.whole("number of tilt angles", 1, 721)?;
-    let (_, angles) = words.angles(count as usize, "tilt angle", [-180.0, 180.0])?;
-    let mut factors = Vec::new();
-    for _ in 0..count {
-        let (line, factor) = words.number("a tilt factor")?;
-        if !(0.0..=100.0).contains(&factor) {
-            return Err(InputError::new(Location::line(path, line), format!("tilt factor {factor}"), "0 to 100"));
-        }
-        factors.push(factor);
-    }
-    Ok(Tilt { geometry: geometry as u8, angles, factors })
+    first.is_some_and(|line| edition_of(line).is_some()) || lines.iter().any(|line| tilt::of_line(line).is_some())
 }
 
 /// The thirteen numbers before the angles.
+#[derive(PartialEq)]
 struct Head {
     lamps: u32,
     /// Of all lamps, lm; `None` in absolute photometry.
@@ -252,7 +131,11 @@ struct Head {
     angles: usize,
     planes: usize,
     kind: Kind,
+    unit: Unit,
     opening: LuminousOpening,
+    opening_line: usize,
+    /// How the file came about, where it says so (2019).
+    generation: Option<String>,
     power: Option<f64>,
 }
 
@@ -270,18 +153,17 @@ impl Head {
         }
         let lamp_flux = (lumens > 0.0).then(|| lamps.max(1.0) * lumens);
         let multiplier = factor(path, words, "multiplier")?;
-        let (_, angles) = words.whole("number of vertical angles", 2, MOST_ANGLES)?;
-        let (plane_line, planes) = words.whole("number of horizontal angles", 1, MOST_ANGLES)?;
+        let (_, angles) = words.whole("number of vertical angles", 2, angles::MOST)?;
+        let (_, planes) = words.whole("number of horizontal angles", 1, angles::MOST)?;
         let (kind_line, kind) = words.whole("photometric type", 1, 3)?;
         let kind = [Kind::C, Kind::B, Kind::A][kind as usize - 1];
-        if kind != Kind::C && planes < 2 {
-            let found = "1 horizontal angle of type A or B";
-            return Err(InputError::new(Location::line(path, plane_line), found, "two or more"));
-        }
         let (_, unit) = words.whole("unit of length (1 feet, 2 metres)", 1, 2)?;
-        let opening = read_opening(path, format, if unit == 1 { FOOT } else { 1.0 }, words, notes)?;
+        let unit = if unit == 1 { Unit::Foot } else { Unit::Metre };
+        let opening_line = words.at();
+        let opening = read_opening(path, format, unit.told().1, words, notes)?;
         let ballast = factor(path, words, "ballast factor")?;
         let (other_line, other) = words.number("the number after the ballast factor")?;
+        let generation = (format == Format::Lm63_2019).then(|| labels::generation(other)).flatten();
         let other = match format {
             Format::Lm63_1986 | Format::Lm63_1991 if other > 0.0 => other,
             Format::Lm63_1986 | Format::Lm63_1991 => {
@@ -315,7 +197,10 @@ impl Head {
             angles,
             planes,
             kind,
+            unit,
             opening,
+            opening_line,
+            generation,
             power: (power > 0.0).then_some(power),
         })
     }
@@ -361,95 +246,77 @@ fn read_opening(
 }
 
 /// Angles and intensities.
+#[derive(PartialEq)]
 struct Body {
     table: Table,
     symmetry: Symmetry,
+    /// Line of the planes.
+    line: usize,
 }
 
 impl Body {
     fn read(path: &Path, head: &Head, factor: f64, words: &mut Words, notes: &mut Notes) -> Result<Self, InputError> {
         let [vertical, horizontal] = match head.kind {
-            Kind::C => [[0.0, 180.0], [-180.0, 360.0]],
+            Kind::C => [[0.0, 180.0], angles::TURNS],
             Kind::B => [[-180.0, 180.0], [-90.0, 90.0]],
             Kind::A => [[-90.0, 90.0], [-180.0, 180.0]],
         };
-        let (angle_line, angles) = words.angles(head.angles, "vertical angle", vertical)?;
-        let (plane_line, planes) = words.angles(head.planes, "horizontal angle", horizontal)?;
-        let (first, last) = (angles[0], angles[angles.len() - 1]);
+        let angles = angles::read(path, words, head.angles, "vertical angle", vertical, notes)?;
+        let planes = angles::read(path, words, head.planes, "horizontal angle", horizontal, notes)?;
+        let (first, last) = (angles.list[0], angles.list[angles.list.len() - 1]);
         let complete = match head.kind {
             Kind::C => [0.0, 90.0].contains(&first) && [90.0, 180.0].contains(&last),
             Kind::A | Kind::B => [-90.0, 0.0, -180.0].contains(&first) && [90.0, 180.0].contains(&last),
         };
         if !complete {
-            notes.at(angle_line, format!("vertical angles from {first}° to {last}°; beyond them there is no light"));
+            notes.at(angles.line, format!("vertical angles from {first}° to {last}°; beyond them there is no light"));
         }
         let symmetry = match head.kind {
-            Kind::C => symmetry_of(path, plane_line, &planes, notes)?,
-            Kind::A | Kind::B => symmetry_of_a_or_b(plane_line, &planes, &angles, notes),
+            Kind::C => angles::symmetry(path, planes.line, &planes.list, notes)?,
+            Kind::A | Kind::B => symmetry_of_a_or_b(planes.line, &planes.list, &angles.list, notes),
         };
         let values = Values::read(path, words, head.planes * head.angles, factor, notes)?;
-        if let Some((line, word)) = words.next() {
-            notes.at(line, format!("{} and what follows isn't read: all intensities are there", quoted(word)));
-        }
-        let mut table = Table { planes, angles, candela: values.candela };
-        let count = table.planes.len();
-        if count > 1 && table.planes[count - 1] - table.planes[0] == 360.0 {
-            // The plane at 360° is the one at 0° again.
-            let [from, to] = [0, count - 1].map(|plane| &table.candela[plane * head.angles..][..head.angles]);
-            let largest = table.candela.iter().fold(0.0, |a: f64, b| a.max(*b));
-            if from.iter().zip(to).any(|(a, b)| (a - b).abs() > 0.01 * largest) {
-                notes.at(values.line, "planes 0° and 360° differ; 0° is taken".to_owned());
-            }
-            table.planes.pop();
-            table.candela.truncate((count - 1) * head.angles);
+        let counted =
+            format!("{} × {} angles have {} intensities", head.planes, head.angles, head.planes * head.angles);
+        text::check_end(path, words, &counted, notes)?;
+        let mut table = Table { planes: planes.list, angles: angles.list, candela: values.candela };
+        table.turn(planes.fall, angles.fall);
+        if table.close() {
+            notes.at(values.line, "planes 0° and 360° differ; 0° is taken".to_owned());
         }
         if head.kind == Kind::C {
             super::check_nadir(&table, values.line, notes);
         }
-        Ok(Self { table, symmetry })
-    }
-
-    fn into_intensity(self, kind: Kind) -> crate::luminaire::intensity::Intensity {
-        match kind {
-            Kind::C => self.table.unfold(self.symmetry),
-            Kind::B => self.table.type_b_to_c(),
-            Kind::A => self.table.type_a_to_c(),
-        }
+        Ok(Self { table, symmetry, line: planes.line })
     }
 }
 
-/// Symmetry that horizontal angles of type C tell by where they begin and end.
-fn symmetry_of(path: &Path, line: usize, planes: &[f64], notes: &mut Notes) -> Result<Symmetry, InputError> {
-    let (first, last) = (planes[0], planes[planes.len() - 1]);
-    if planes.len() == 1 {
-        return Ok(Symmetry::Rotational);
-    }
-    let gap = first + 360.0 - last;
-    match (first, last) {
-        (0.0, 90.0) => Ok(Symmetry::Quadrant),
-        (0.0, 180.0) => Ok(Symmetry::AboutC0),
-        (90.0, 270.0) | (-90.0, 90.0) => Ok(Symmetry::AboutC90),
-        _ if gap == 0.0 => Ok(Symmetry::None),
-        (0.0, last) if last > 180.0 => {
-            let widest = planes.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-            if gap > 1.5 * widest {
-                let sentence =
-                    format!("no plane between {last}° and 360°; intensities run straight from one to the other");
-                notes.at(line, sentence);
-            }
-            Ok(Symmetry::None)
-        }
-        _ => {
-            let found = format!("horizontal angles from {first}° to {last}°");
-            let expected = "0° alone, 0° to 90°, 0° to 180°, 90° to 270° or 0° to 360°";
-            Err(InputError::new(Location::line(path, line), found, expected))
-        }
+/// A table of any type as C-planes all around; `line` is that of its planes.
+pub(super) fn into_intensity(
+    table: Table,
+    kind: Kind,
+    symmetry: Symmetry,
+    path: &Path,
+    line: usize,
+) -> Result<Intensity, InputError> {
+    match kind {
+        Kind::C => Ok(table.unfold(symmetry)),
+        Kind::A | Kind::B if symmetry == Symmetry::Rotational => table.about_axis(kind == Kind::A).ok_or_else(|| {
+            let found = "one horizontal angle of type A or B, with intensities that differ up and down";
+            InputError::new(Location::line(path, line), found, "two or more")
+        }),
+        Kind::B => Ok(table.type_b_to_c()),
+        Kind::A => Ok(table.type_a_to_c()),
     }
 }
 
 /// Symmetry of a table of type A or B, which is about a plane where its angles begin at 0°.
-fn symmetry_of_a_or_b(line: usize, planes: &[f64], angles: &[f64], notes: &mut Notes) -> Symmetry {
+pub(super) fn symmetry_of_a_or_b(line: usize, planes: &[f64], angles: &[f64], notes: &mut Notes) -> Symmetry {
     let (first, last) = (planes[0], planes[planes.len() - 1]);
+    if planes.len() == 1 {
+        notes.at(line, "one horizontal angle of type A or B, taken as the same all around the axis".to_owned());
+        return Symmetry::Rotational;
+    }
     if ![-90.0, 0.0, -180.0].contains(&first) || ![90.0, 180.0].contains(&last) {
         notes.at(line, format!("horizontal angles from {first}° to {last}°; beyond them there is no light"));
     }

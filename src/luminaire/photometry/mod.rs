@@ -1,25 +1,43 @@
 //! Photometric files: luminous intensity as laboratories publish it.
 //!
-//! [`Photometry::read`] takes LM-63 (`.ies`, editions 1986 to 2019) and EULUMDAT (`.ldt`) to the same terms: candelas
-//! of the luminaire on C-planes all around, sizes in metres. What each format says about directions and sizes, and
-//! where that is written, stands in `ies.rs`, `eulumdat.rs`, `opening.rs` and `table.rs`.
+//! [`Photometry::read`] takes all of them to the same terms: candelas of the luminaire on C-planes all around, sizes in
+//! metres. Content decides what a file is (`formats.rs`):
+//!
+//! | Format | Ending | Read in |
+//! |---|---|---|
+//! | LM-63, editions 1986 to 2019 | `.ies` | `ies.rs`, `labels.rs`, `tilt.rs` |
+//! | EULUMDAT | `.ldt` | `eulumdat.rs` |
+//! | TM-33, ATLA S001, UNI 11733 | `.xml`, `.iesxml`, `.json` | `tm33/` |
+//! | GLDF, which holds files of the others | `.gldf` | `gldf.rs` |
+//!
+//! Others (ULD of DIALux, ROLF of Relux, CIBSE TM14 …) are refused by name. What each format says about directions and
+//! sizes, and where that is written, stands in these files and in `angles.rs`, `opening.rs` and `table.rs`. What a file
+//! leaves open is decided where only one meaning fits (`text.rs`: commas; `angles.rs`: where planes begin), and told in
+//! [`Photometry::notes`]; else the file is refused.
 
+mod angles;
 mod eulumdat;
+mod formats;
+mod gldf;
 mod ies;
+mod labels;
 mod opening;
 mod table;
 mod text;
+mod tilt;
+mod tm33;
 
 use std::path::Path;
 
 pub use opening::{LuminousOpening, Shape};
+pub use tilt::Tilt;
 
 use self::table::Table;
-use self::text::Words;
+use self::text::{Words, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
 use crate::input;
-use crate::scene::limits::LARGEST_PHOTOMETRY;
+use crate::scene::limits::LARGEST_GLDF;
 
 /// Largest intensity that is believed, cd: a hundred million times a searchlight's would be a mistake.
 const BRIGHTEST: f64 = 1e15;
@@ -40,8 +58,10 @@ pub struct Photometry {
     pub manufacturer: String,
     /// What else the file tells (test report, laboratory, date …): what it calls it, and the text.
     pub remarks: Vec<(String, String)>,
-    /// The lamps; in EULUMDAT files with several sets each is an alternative, and the first is the one that counts.
+    /// The lamps; in EULUMDAT files with several sets each is an alternative.
     pub lamps: Vec<Lamps>,
+    /// Index of the set of lamps that counts.
+    pub lamp_set: usize,
     /// How directions were tabulated, before they became C-planes and γ.
     pub kind: Kind,
     /// Symmetry of the table, before it was unfolded.
@@ -57,6 +77,8 @@ pub struct Photometry {
     pub downward: Option<f64>,
     /// Where light leaves.
     pub opening: LuminousOpening,
+    /// What is doubtful about the opening's sizes; it is among the notes, too.
+    pub opening_note: Option<String>,
     /// What tilting the luminaire does to its light (LM-63); `intensity` is for 0°.
     pub tilt: Option<Tilt>,
     /// Electrical power, ballast included, W; `None` where the file says 0.
@@ -66,7 +88,7 @@ pub struct Photometry {
 }
 
 impl Photometry {
-    /// Reads a file, `.ies` (LM-63) or `.ldt` (EULUMDAT); content decides, the ending only where it can't.
+    /// Reads a file; content decides what it is, the ending only where content can't.
     ///
     /// # Errors
     /// Where the file can't be read or isn't understood, with its line.
@@ -79,19 +101,51 @@ impl Photometry {
     /// # Errors
     /// See [`read`](Self::read).
     pub fn parse(path: &Path, content: &[u8]) -> Result<Self, InputError> {
-        let text = text::decode(path, content)?;
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-        let ending = ending.as_deref();
-        match (ies::is_ies(&text), eulumdat::is_eulumdat(&text)) {
-            (true, _) => ies::parse(path, &text),
-            (false, true) => eulumdat::parse(path, &text),
-            (false, false) if ending == Some("ies") => ies::parse(path, &text),
-            (false, false) if ending == Some("ldt") => eulumdat::parse(path, &text),
-            (false, false) => {
-                let found = "neither a line TILT= nor the numbers that begin a EULUMDAT file";
-                Err(InputError::new(Location::file(path), found, "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)"))
-            }
+        Self::parse_chosen(path, content, &Choice::default())
+    }
+
+    /// The same where the file holds several sets of lamps or variants and one of them is chosen.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read); and where what is chosen isn't there.
+    pub fn parse_chosen(path: &Path, content: &[u8], choice: &Choice) -> Result<Self, InputError> {
+        formats::parse(path, content, choice)
+    }
+}
+
+/// What the user says about a file that leaves something open.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Which set of lamps counts, from 1.
+    pub lamp_set: Option<Chosen<usize>>,
+    /// Which variant (GLDF) or emitter (TM-33), by its name.
+    pub variant: Option<Chosen<String>>,
+    /// Whether the luminaire's flux is known from elsewhere, so that the file need tell its distribution only.
+    pub flux_is_told: bool,
+}
+
+/// Something chosen, and where that is said.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen<T> {
+    /// What.
+    pub value: T,
+    /// Where.
+    pub at: Location,
+}
+
+impl Chosen<usize> {
+    /// As an index of `count` sets of lamps of a file.
+    fn within(&self, count: usize, path: &Path) -> Result<usize, InputError> {
+        if (1..=count).contains(&self.value) {
+            return Ok(self.value - 1);
         }
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let expected = match count {
+            0 => format!("no lamp_set: {} has no set of lamps", quoted(&file)),
+            1 => format!("1: {} has one set of lamps", quoted(&file)),
+            more => format!("1 to {more}: {} has {more} sets of lamps", quoted(&file)),
+        };
+        Err(InputError::new(self.at.clone(), format!("lamp_set = {}", self.value), expected))
     }
 }
 
@@ -110,6 +164,8 @@ pub enum Format {
     Lm63_2019,
     /// EULUMDAT (1990).
     Eulumdat,
+    /// ANSI/IES TM-33, also ATLA S001 and UNI 11733: XML, or the same as JSON.
+    Tm33,
 }
 
 impl Format {
@@ -122,6 +178,7 @@ impl Format {
             Self::Lm63_2002 => "LM-63-2002",
             Self::Lm63_2019 => "LM-63-2019",
             Self::Eulumdat => "EULUMDAT",
+            Self::Tm33 => "TM-33",
         }
     }
 }
@@ -172,44 +229,8 @@ pub enum Symmetry {
     Quadrant,
 }
 
-/// What tilting a luminaire does to the light of its lamps (LM-63, `TILT=`).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Tilt {
-    /// 1: lamps stand upright while the luminaire hangs as measured; 2: they lie, and stay level when it is tilted;
-    /// 3: they lie, and are tilted with it.
-    pub geometry: u8,
-    /// Degrees, ascending.
-    pub angles: Vec<f64>,
-    /// What intensities are multiplied by at each angle.
-    pub factors: Vec<f64>,
-}
-
-impl Tilt {
-    /// Factor at a tilt in degrees, linear between the angles; the first or last one beyond.
-    pub fn factor(&self, angle: f64) -> f64 {
-        let after = self.angles.partition_point(|&other| other <= angle);
-        if after == 0 || after == self.angles.len() {
-            return self.factors[after.min(self.angles.len() - 1)];
-        }
-        let share = (angle - self.angles[after - 1]) / (self.angles[after] - self.angles[after - 1]);
-        self.factors[after - 1] + (self.factors[after] - self.factors[after - 1]) * share
-    }
-
-    /// In words, as `lamps that lie and tilt with the luminaire, tilt factors 0.9 to 1`.
-    fn describe(&self) -> String {
-        let low = self.factors.iter().fold(f64::INFINITY, |low, factor| low.min(*factor));
-        let high = self.factors.iter().fold(0.0_f64, |high, factor| high.max(*factor));
-        let lamps = match self.geometry {
-            1 => "lamps that stand upright",
-            2 => "lamps that lie and stay level",
-            _ => "lamps that lie and tilt with the luminaire",
-        };
-        format!("{lamps}, tilt factors {low} to {high}")
-    }
-}
-
 /// What is odd but accepted.
-#[derive(Default)]
+#[derive(Default, PartialEq)]
 struct Notes(Vec<String>);
 
 impl Notes {
@@ -217,12 +238,19 @@ impl Notes {
     fn at(&mut self, line: usize, sentence: String) {
         self.0.push(format!("line {line}: {sentence}"));
     }
+
+    /// A doubt about the opening; the whole note comes back.
+    fn opening(&mut self, line: usize, doubt: Option<String>) -> Option<String> {
+        let doubt = doubt?;
+        self.at(line, format!("{doubt}; opening = … in [[luminaire]] sets another"));
+        self.0.last().cloned()
+    }
 }
 
 /// Content of a regular file that isn't too long.
 fn content(path: &Path) -> Result<Vec<u8>, InputError> {
-    input::read(path, LARGEST_PHOTOMETRY).map_err(|error| {
-        let expected = "a photometric file, LM-63 (.ies) or EULUMDAT (.ldt)";
+    input::read(path, LARGEST_GLDF).map_err(|error| {
+        let expected = "a photometric file: LM-63 (.ies), EULUMDAT (.ldt), TM-33 (.xml) or GLDF (.gldf)";
         let found = format!("no file that can be read ({})", input::why(&error));
         InputError::new(Location::file(path), found, expected)
     })
@@ -236,21 +264,29 @@ struct Values {
 }
 
 impl Values {
-    /// Reads `count` numbers and multiplies them. Small negative ones, noise of a measurement, become 0.
+    /// Reads `count` numbers and multiplies them.
     fn read(path: &Path, words: &mut Words, count: usize, factor: f64, notes: &mut Notes) -> Result<Self, InputError> {
         let first = words.at();
-        let mut candela = Vec::with_capacity(count);
+        let number = |number| words.number(&format!("intensity {number} of {count}"));
+        Self::of(path, first, (1..=count).map(number), factor, notes)
+    }
+
+    /// Multiplies numbers, each with its line. Small negative ones, noise of a measurement, become 0.
+    fn of(
+        path: &Path,
+        first: usize,
+        values: impl Iterator<Item = Result<(usize, f64), InputError>>,
+        factor: f64,
+        notes: &mut Notes,
+    ) -> Result<Self, InputError> {
+        let mut candela = Vec::with_capacity(values.size_hint().0);
         let (mut lowest, mut largest) = ((first, 0.0_f64), 0.0_f64);
-        for number in 1..=count {
-            let (line, value) = words.number(&format!("intensity {number} of {count}"))?;
+        for item in values {
+            let (line, value) = item?;
             let value = value * factor;
             if !(-BRIGHTEST..=BRIGHTEST).contains(&value) {
-                let at = Location::line(path, line);
-                return Err(InputError::new(
-                    at,
-                    format!("an intensity of {value} cd"),
-                    format!("{BRIGHTEST} cd at most"),
-                ));
+                let found = format!("an intensity of {value} cd");
+                return Err(InputError::new(Location::line(path, line), found, format!("{BRIGHTEST} cd at most")));
             }
             if value < lowest.1 {
                 lowest = (line, value);

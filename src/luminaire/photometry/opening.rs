@@ -10,6 +10,7 @@
 //! for linear luminaires, so length lies along C90.
 
 use super::Format;
+use crate::report::number::short;
 
 /// Where light leaves: a body around the photometric centre. Sizes are whole lengths (diameters, not radii), m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +50,39 @@ pub enum Shape {
     /// Flat and upright, faces C0; an ellipse of `c90` and `height`.
     UprightEllipse,
 }
+
+/// Unit of length that a file declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unit {
+    Foot,
+    Metre,
+    Millimetre,
+}
+
+impl Unit {
+    /// Its name, and its length in metres.
+    pub(super) fn told(self) -> (&'static str, f64) {
+        match self {
+            Self::Foot => ("feet", 0.3048),
+            Self::Metre => ("metres", 1.0),
+            Self::Millimetre => ("mm", 1e-3),
+        }
+    }
+
+    /// Units that numbers may be in instead, likely ones first.
+    fn mistaken(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Foot => &[("inches", 0.0254), ("mm", 1e-3), ("cm", 1e-2)],
+            Self::Metre => &[("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254)],
+            Self::Millimetre => &[("tenths of a mm", 1e-4)],
+        }
+    }
+}
+
+/// Largest opening that is taken without a word, m.
+const LARGEST_USUAL: f64 = 3.0;
+/// Size of a usual one, m.
+const USUAL: f64 = 0.6;
 
 impl LuminousOpening {
     /// No extent.
@@ -131,6 +165,37 @@ impl LuminousOpening {
         Self { shape, c0, c90, height, sides }
     }
 
+    /// What is doubtful about the sizes, and what may have been meant; nothing below 3 m.
+    pub(super) fn doubt(&self, given: Unit) -> Option<String> {
+        let largest = self.largest();
+        if largest <= LARGEST_USUAL {
+            return None;
+        }
+        let metres = |size: f64| format!("{} m", short(size));
+        let sizes = |factor: f64| {
+            let sizes = [self.c0, self.c90, self.height].into_iter().filter(|size| *size > 0.0);
+            sizes.map(|size| metres(size * factor)).collect::<Vec<_>>().join(" × ")
+        };
+        let (name, length) = given.told();
+        let sound = |(_, other): &(&str, f64)| (0.05..=LARGEST_USUAL).contains(&(largest / length * other));
+        // Of what is likely, that which makes it about as large as luminaires are; inches before all where feet are told.
+        let off = |(_, other): &(&str, f64)| (largest / length * other / USUAL).ln().abs();
+        let others = given.mistaken().iter().copied().filter(sound);
+        let likely = match given {
+            Unit::Foot => others.clone().next(),
+            _ => others.min_by(|a, b| off(a).total_cmp(&off(b))),
+        };
+        let meant = likely.map_or_else(String::new, |(other, metres_of_it)| {
+            format!("; in {other} it would be {}", sizes(metres_of_it / length))
+        });
+        Some(format!("a luminous opening of {}, as the file counts in {name}{meant}", sizes(1.0)))
+    }
+
+    /// The largest of its sizes, m.
+    fn largest(&self) -> f64 {
+        self.sides.into_iter().chain([self.c0, self.c90, self.height]).fold(0.0, f64::max)
+    }
+
     /// The same with every size multiplied.
     pub(super) fn scaled(self, factor: f64) -> Self {
         let Self { shape, c0, c90, height, sides } = self;
@@ -183,6 +248,30 @@ mod tests {
         assert_eq!((found.0.shape, found.1), (Shape::Ellipse, Some(Format::Lm63_1995)));
         assert!(LuminousOpening::from_lm63(Format::Lm63_2002, [0.0, 0.0, -1.0]).is_none());
         assert!(LuminousOpening::from_lm63(Format::Lm63_1995, [1.0, 1.0, -1.0]).is_none());
+    }
+
+    #[test]
+    fn what_is_too_large_was_meant_in_another_unit() {
+        let of = |c0: f64, c90: f64, given: Unit| {
+            LuminousOpening::new(Shape::Rectangle, c0, c90, 0.0).scaled(given.told().1).doubt(given)
+        };
+        for (sizes, unit, says) in [
+            (
+                [24.0, 24.0],
+                Unit::Foot,
+                Some("7.315 m × 7.315 m, as the file counts in feet; in inches it would be 0.6096 m × 0.6096 m"),
+            ),
+            ([600.0, 600.0], Unit::Foot, Some("in mm it would be 0.6 m × 0.6 m")),
+            ([600.0, 1200.0], Unit::Metre, Some("in mm it would be 0.6 m × 1.2 m")),
+            ([60.0, 60.0], Unit::Metre, Some("in cm it would be 0.6 m × 0.6 m")),
+            ([6000.0, 500.0], Unit::Millimetre, Some("in tenths of a mm it would be 0.6 m × 0.05 m")),
+            ([1.2, 3.0], Unit::Metre, None),
+            ([9.8, 2.0], Unit::Foot, None),
+        ] {
+            let found = of(sizes[0], sizes[1], unit);
+            assert_eq!(found.is_some(), says.is_some(), "{sizes:?} {unit:?}: {found:?}");
+            assert!(found.as_deref().unwrap_or_default().ends_with(says.unwrap_or_default()), "{found:?}");
+        }
     }
 
     #[test]

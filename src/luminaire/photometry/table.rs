@@ -16,8 +16,11 @@ use super::Symmetry;
 use super::text::CLOSEST;
 use crate::luminaire::intensity::Intensity;
 
+/// Steps in the planes of a table that was one plane about the horizontal axis, degrees.
+const AROUND: f64 = 1.0;
+
 /// Intensities, plane by plane: C or horizontal angles, then γ or vertical angles, degrees, each ascending.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     pub(super) planes: Vec<f64>,
     pub(super) angles: Vec<f64>,
@@ -34,6 +37,31 @@ const STEPS: [f64; 2] = [0.25, 1.0];
 impl Table {
     fn plane(&self, plane: usize) -> &[f64] {
         &self.candela[plane * self.angles.len()..][..self.angles.len()]
+    }
+
+    /// Turns round what the file lists downwards: planes, angles, or both; the lists themselves ascend already.
+    pub(super) fn turn(&mut self, planes: bool, angles: bool) {
+        let count = self.angles.len();
+        if angles {
+            self.candela.chunks_mut(count).for_each(<[f64]>::reverse);
+        }
+        if planes {
+            self.candela = self.candela.chunks(count).rev().flatten().copied().collect();
+        }
+    }
+
+    /// Leaves out the last plane where it is the first again, a turn later; whether the two differ.
+    pub(super) fn close(&mut self) -> bool {
+        let count = self.planes.len();
+        if count < 2 || self.planes[count - 1] - self.planes[0] < 360.0 - CLOSEST {
+            return false;
+        }
+        let largest = self.candela.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let pairs = self.plane(0).iter().zip(self.plane(count - 1));
+        let differ = pairs.into_iter().any(|(a, b)| (a - b).abs() > 0.01 * largest);
+        self.planes.pop();
+        self.candela.truncate((count - 1) * self.angles.len());
+        differ
     }
 
     /// The table of the whole circle, with planes where the symmetry says so; planes of type C.
@@ -128,6 +156,43 @@ impl Table {
             candela.iter_mut().for_each(|value| *value *= factor);
         }
         Intensity::new(planes, angles, candela)
+    }
+
+    /// One plane of type A or B (H = 0) as the same all around its axis, V = 0: that is the nadir in type B, and the
+    /// horizon in type A. Nothing where both halves of the plane are told and differ by more than a hundredth.
+    pub(super) fn about_axis(mut self, horizontal: bool) -> Option<Intensity> {
+        let largest = self.candela.iter().fold(0.0, |a: f64, b| a.max(*b));
+        if self.angles[0] < 0.0 {
+            self.planes = vec![0.0, 1.0];
+            self.candela = self.candela.repeat(2);
+            let differs = self.angles.iter().any(|v| (self.at(0.0, *v) - self.at(0.0, -v)).abs() > 0.01 * largest);
+            if differs {
+                return None;
+            }
+            let kept = self.angles.iter().position(|v| *v >= -CLOSEST)?;
+            self.candela = self.plane(0)[kept..].to_vec();
+            self.angles.drain(..kept);
+            self.angles.iter_mut().for_each(|angle| *angle = angle.max(0.0));
+        }
+        if self.angles.len() < 2 {
+            return None;
+        }
+        let about = Intensity::new(vec![0.0], self.angles, self.candela);
+        if !horizontal {
+            return Some(about);
+        }
+        let count = (360.0 / AROUND) as usize;
+        let planes: Vec<f64> = (0..count).map(|i| i as f64 * AROUND).collect();
+        let angles: Vec<f64> = (0..=count / 2).map(|i| i as f64 * AROUND).collect();
+        let at = |c: f64, gamma: f64| {
+            about.at(0.0, (gamma.to_radians().sin() * c.to_radians().cos()).clamp(-1.0, 1.0).acos().to_degrees())
+        };
+        let mut candela: Vec<f64> = planes.iter().flat_map(|&c| angles.iter().map(move |&g| at(c, g))).collect();
+        let sampled = Intensity::new(planes.clone(), angles.clone(), candela.clone()).flux();
+        if sampled > 0.0 {
+            candela.iter_mut().for_each(|value| *value *= about.flux() / sampled);
+        }
+        Some(Intensity::new(planes, angles, candela))
     }
 
     /// Intensity between the entries, bilinear, cd; none outside.
@@ -248,6 +313,30 @@ mod tests {
         let web = tabulate(vec![-90.0, 90.0], vec![-90.0, 90.0], type_a, |_| 100.0).type_a_to_c();
         assert!((web.flux() / (200.0 * PI) - 1.0).abs() < 1.01 * EDGE / 180.0, "{}", web.flux());
         assert_eq!((web.at(89.0, 90.0), web.at(271.0, 90.0), web.at(180.0, 90.0)), (100.0, 100.0, 0.0));
+    }
+
+    /// 1000 cos θ about the nadir or the horizon is 1000 π lm; at steps of 1° linear interpolation errs by under
+    /// max |f″| h²/8 = 1000 · 3·10⁻⁴ / 8 in each direction.
+    #[test]
+    fn one_plane_is_the_same_about_its_axis() {
+        let of = |from: f64, value: fn(f64) -> f64| {
+            let angles = steps(from, 90.0, 1.0);
+            let candela = angles.iter().map(|v| value(v.to_radians())).collect();
+            Table { planes: vec![0.0], angles, candela }
+        };
+        let cosine: fn(f64) -> f64 = |v| 1000.0 * v.cos();
+        for table in [of(0.0, cosine), of(-90.0, cosine)] {
+            let down = table.clone().about_axis(false).unwrap();
+            let out = table.about_axis(true).unwrap();
+            for (c, gamma) in directions() {
+                let [x, _, z] = type_c(c.to_radians(), gamma.to_radians());
+                assert!((down.at(c, gamma) - 1000.0 * (-z).max(0.0)).abs() < 0.1, "C {c} γ {gamma}");
+                let error = (out.at(c, gamma) - 1000.0 * x.max(0.0)).abs();
+                assert!(error < 9.0, "C {c} γ {gamma}: {error}"); // a step of 1° across the edge of darkness: 17 cd / 2
+            }
+            assert!([down, out].iter().all(|web| (web.flux() / (1000.0 * PI) - 1.0).abs() < 1e-4));
+        }
+        assert!(of(-90.0, |v| 1000.0 * v.cos() * (1.0 + v.sin())).about_axis(false).is_none());
     }
 
     /// A quarter of a table that is symmetrical about both of its axes says as much as the whole.
