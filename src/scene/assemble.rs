@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,9 +10,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::double_faces::{Becomes, Faces};
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{LuminaireSection, MaterialSection, MeshSection, SceneFile, Shape, Spread};
 use super::fixture::{self, Fixture, Lamp, LampSpread};
+use super::inventory::{MeshPart, Origin, Source, unit_in_doubt};
 use super::limits::{LARGEST_MTL, LARGEST_OBJ, LARGEST_PHOTOMETRY, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
 use super::mesh::{Bounds, Mesh};
@@ -173,6 +174,8 @@ fn load(path: &Path, reach: Reach, dimming: &Dimming) -> Result<Scene, InputErro
         centre,
         mesh: Arc::new(parts.mesh),
         materials: parts.materials,
+        origins: parts.origins,
+        parts: parts.files,
         luminaires: parts.luminaires,
         planes: file.planes,
         sensors: file.sensors,
@@ -225,6 +228,7 @@ struct PlacedMesh {
     material_of: Vec<u32>,
     surfaces: Vec<Surface>,
     groups: Groups,
+    metres_per_unit: f64,
 }
 
 /// Reads files, and remembers what they were.
@@ -418,7 +422,8 @@ impl Reader {
         let transform = section.placement.transform();
         let Obj { mut vertices, triangles, material_of, groups, .. } = obj;
         vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
-        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups })
+        let metres_per_unit = section.placement.metres_per_unit;
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, metres_per_unit })
     }
 }
 
@@ -510,13 +515,16 @@ struct Parts {
     centre: DVec3,
     mesh: Mesh,
     materials: Vec<Material>,
+    /// Who says what each of them is.
+    origins: Vec<Origin>,
+    files: Vec<MeshPart>,
     /// Those of a name.
     numbers: HashMap<String, Vec<u32>>,
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
-    /// Triangles of each measured surface.
-    chosen: Vec<Vec<u32>>,
+    /// Triangles of each measured surface, and whether they are measured from behind what it says.
+    chosen: Vec<Vec<(u32, bool)>>,
 }
 
 /// Faces of one mesh that emit.
@@ -530,14 +538,17 @@ struct Emitter {
 }
 
 impl Parts {
-    fn add_material(&mut self, material: Material) -> u32 {
+    fn add_material(&mut self, material: Material, origin: Origin) -> u32 {
         let alike = self.numbers.entry(material.name.clone()).or_default();
         if let Some(&known) = alike.iter().find(|&&number| self.materials[number as usize] == material) {
+            let notes = &mut self.origins[known as usize].notes;
+            origin.notes.into_iter().for_each(|note| if !notes.contains(&note) { notes.push(note) });
             return known;
         }
         let number = u32::try_from(self.materials.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
         alike.push(number);
         self.materials.push(material);
+        self.origins.push(origin);
         number
     }
 
@@ -556,44 +567,68 @@ impl Parts {
         emitters: &mut Vec<Emitter>,
         warnings: &mut Vec<String>,
     ) {
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups } = mesh;
-        let centre = self.centre;
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, groups, metres_per_unit } = mesh;
+        let (centre, file) = (self.centre, path.display().to_string());
+        let bounds = Bounds::around_all(&vertices).map_or([DVec3::ZERO; 2], |bounds| [bounds.least, bounds.most]);
+        let doubt = unit_in_doubt(&file, (bounds[1] - bounds[0]).to_array(), metres_per_unit);
+        warnings.extend(doubt.filter(|doubt| !warnings.contains(doubt)));
         vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
         let first = self.add_vertices(&vertices);
         drop(vertices);
         if first > 0 {
             triangles.par_iter_mut().flatten().for_each(|vertex| *vertex += first);
         }
-        let numbers: Vec<u32> = surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
+        let add = |surface: &Surface| self.add_material(surface.material.clone(), surface.origin.clone());
+        let numbers: Vec<u32> = surfaces.iter().map(add).collect();
         // Judge and emit from the rounded corners: they are what rays will meet.
         let corners = |triangle: &[u32; 3]| {
             triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)))
         };
         let is_flat = |&index: &usize| !has_area(corners(&triangles[index]));
         let flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
+        let faces = Faces {
+            vertices: &self.mesh.vertices,
+            triangles: &triangles,
+            material_of: &material_of,
+            surfaces: &surfaces,
+            flat: &flat,
+        };
+        let doubles = faces.single(&file, warnings);
+        let left_out = merged(&flat, &doubles.left_out);
 
         // What is measured or shines: most triangles of most scenes do neither.
-        let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
-        let number = |index: usize| (self.mesh.triangles.len() + kept(index)) as u32;
-        let with_area =
-            |range: Range<usize>| range.filter(|index| flat.is_empty() || flat.binary_search(index).is_err());
+        let before = self.mesh.triangles.len();
+        let number = |index: usize| (before + index - left_out.partition_point(|&out| out < index)) as u32;
+        let stays = |&index: &usize| left_out.is_empty() || left_out.binary_search(&index).is_err();
         for (section, chosen) in measured.iter().zip(&mut self.chosen) {
             let wanted: Vec<bool> = surfaces
                 .iter()
                 .map(|surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name))
                 .collect();
+            if !wanted.contains(&true) {
+                continue;
+            }
             let ranges = match &section.group {
                 Some(group) => groups.ranges(&group.value, triangles.len()),
                 None => std::iter::once(0..triangles.len()).collect(),
             };
-            if wanted.contains(&true) {
-                let of_material = |&index: &usize| wanted[material_of[index] as usize];
-                chosen.extend(ranges.into_iter().flat_map(with_area).filter(of_material).map(number));
-            }
+            let of_material = |&index: &usize| wanted[material_of[index] as usize];
+            let fronts = ranges.iter().cloned().flatten().filter(stays).filter(of_material);
+            let own = chosen.len();
+            chosen.extend(fronts.map(|index| (number(index), false)));
+            // Faces that are the back of others now are measured there, unless their fronts are measured already.
+            let is_in = |index: usize| {
+                let range = ranges.partition_point(|range| range.end <= index);
+                ranges.get(range).is_some_and(|range| range.contains(&index)) && of_material(&index)
+            };
+            let behind = |&&[front, back]: &&[u32; 2]| is_in(back as usize) && !is_in(front as usize);
+            let backs = doubles.backs.iter().filter(behind).map(|&[front, _]| (number(front as usize), true));
+            chosen.extend(backs);
+            chosen[own..].sort_unstable();
         }
         let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
         if shining.iter().any(Option::is_some) {
-            for index in with_area(0..triangles.len()) {
+            for index in (0..triangles.len()).filter(stays) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
                     emitter.triangles.push(corners(&triangles[index]));
                     emitter.numbers.push(number(index));
@@ -603,8 +638,25 @@ impl Parts {
         emitters.extend(shining.into_iter().flatten().filter(|emitter| !emitter.triangles.is_empty()));
 
         material_of.par_iter_mut().for_each(|material| *material = numbers[*material as usize]);
-        without(&mut triangles, &flat);
-        without(&mut material_of, &flat);
+        let add = |(material, origin)| self.add_material(material, origin);
+        let two_sided: Vec<u32> = doubles.two_sided.into_iter().map(add).collect();
+        for (&[front, _], becomes) in doubles.backs.iter().zip(&doubles.becomes) {
+            material_of[front as usize] = match *becomes {
+                Becomes::Own(surface) => numbers[surface as usize],
+                Becomes::TwoSided(material) => two_sided[material as usize],
+            };
+        }
+        without(&mut triangles, &left_out);
+        without(&mut material_of, &left_out);
+        self.files.push(MeshPart {
+            file: path,
+            metres_per_unit,
+            bounds,
+            triangles: before..before + triangles.len(),
+            flat: flat.len(),
+            repeated: doubles.repeated,
+            backs: doubles.left_out.len() - doubles.repeated,
+        });
         // The first mesh, most often the only one, is taken as it is.
         if self.mesh.triangles.is_empty() {
             (self.mesh.triangles, self.mesh.material_of) = (triangles, material_of);
@@ -614,7 +666,7 @@ impl Parts {
         }
         if !flat.is_empty() {
             let triangles = if flat.len() == 1 { "1 triangle" } else { &format!("{} triangles", flat.len()) };
-            warnings.push(format!("{}: {triangles} without area left out", path.display()));
+            warnings.push(format!("{file}: {triangles} without area left out"));
         }
     }
 
@@ -627,7 +679,10 @@ impl Parts {
         }
         let black = match self.black {
             Some(black) => black,
-            None => self.add_material(Material::black("luminaire opening")),
+            None => {
+                let origin = Origin { source: Source::Luminaire, notes: Vec::new() };
+                self.add_material(Material::black("luminaire opening"), origin)
+            },
         };
         self.black = Some(black);
         let first = self.add_vertices(&corners);
@@ -651,6 +706,13 @@ impl Parts {
             self.luminaires.push(emitter.luminaire(name));
         }
     }
+}
+
+/// Both lists, ascending; they have nothing in common.
+fn merged(one: &[usize], other: &[usize]) -> Vec<usize> {
+    let mut all = [one, other].concat();
+    all.sort_unstable();
+    all
 }
 
 /// Takes the items of some places, ascending, out of a list.

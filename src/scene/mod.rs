@@ -6,10 +6,13 @@
 pub mod areas;
 mod assemble;
 mod camera;
+mod dialect;
+mod double_faces;
 pub(crate) mod fields;
 pub mod file;
 mod fixture;
 pub mod glazing;
+pub mod inventory;
 pub mod limits;
 mod lines;
 pub mod material;
@@ -34,6 +37,7 @@ pub use assemble::Dimming;
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use glazing::Glazing;
+pub use inventory::{MeshPart, Origin};
 pub use material::{Dielectric, Material, Sides};
 pub use measure::Measure;
 pub use measured::MeasuredSurface;
@@ -56,6 +60,10 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// What [`Mesh::material_of`] points to.
     pub materials: Vec<Material>,
+    /// Who says what each of them is.
+    pub origins: Vec<Origin>,
+    /// The mesh files, and which triangles are theirs.
+    pub parts: Vec<MeshPart>,
     /// What shines: the scene file's luminaires, arrays spread out, then emitting meshes.
     pub luminaires: Vec<Luminaire>,
     /// Measuring planes.
