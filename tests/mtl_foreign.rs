@@ -278,18 +278,25 @@ fn faces_written_twice_are_one_with_two_sides() {
     let (wall, back) = (&single.materials[0], &outwards.materials[0]);
     for (number, first) in [None, Some(0), Some(1), Some(3)].into_iter().enumerate() {
         for own_corners in [false, true] {
-            let moved: Vec<String> = FRONTS.iter().map(|face| face.split(' ').map(|i| (i.parse::<usize>().unwrap() + 8).to_string()).collect::<Vec<_>>().join(" ")).collect();
+            let moved: Vec<String> = FRONTS
+                .iter()
+                .map(|face| {
+                    face.split(' ').map(|i| (i.parse::<usize>().unwrap() + 8).to_string()).collect::<Vec<_>>().join(" ")
+                })
+                .collect();
             let moved: Vec<&str> = moved.iter().map(String::as_str).collect();
             let behind = if own_corners { &moved[..] } else { &FRONTS[..] };
             let vertices = CORNERS.repeat(2);
-            let fronts_first = format!("{vertices}{}{}", faces("wall", &FRONTS, false, None), faces("back", behind, true, first));
+            let fronts_first =
+                format!("{vertices}{}{}", faces("wall", &FRONTS, false, None), faces("back", behind, true, first));
             let scene = load(&format!("twice_{number}_{own_corners}"), "", &fronts_first, TWO_SIDED);
             assert_eq!(corners(&scene), corners(&single), "{first:?}");
             assert!(scene.mesh.material_of.iter().all(|&m| scene.materials[m as usize] == two_sided(wall, back)));
             assert_eq!(scene.warnings, Vec::<String>::new());
             assert_eq!(scene.parts[0].backs, 12);
         }
-        let backs_first = format!("{CORNERS}{}{}", faces("back", &FRONTS, true, None), faces("wall", &FRONTS, false, first));
+        let backs_first =
+            format!("{CORNERS}{}{}", faces("back", &FRONTS, true, None), faces("wall", &FRONTS, false, first));
         let scene = load(&format!("twice_back_{number}"), "", &backs_first, TWO_SIDED);
         assert_eq!(corners(&scene), corners(&outwards), "{first:?}");
         assert!(scene.mesh.material_of.iter().all(|&m| scene.materials[m as usize] == two_sided(back, wall)));
@@ -312,7 +319,10 @@ fn polygons_and_parts_of_them_find_their_backs() {
     }
     // Two quadrangles of the front, of two materials, and one pentagon's worth of back.
     let parts = format!("{obj}usemtl wall\nf 1 6 7 5\nusemtl tile\nf 6 2 3 4 7\nusemtl back\nf 7 4 3 2 6\nf 5 7 6 1\n");
-    assert_eq!(names(&parts, "polygon_parts"), ["wall / back", "wall / back", "tile / back", "tile / back", "tile / back"]);
+    assert_eq!(
+        names(&parts, "polygon_parts"),
+        ["wall / back", "wall / back", "tile / back", "tile / back", "tile / back"]
+    );
 }
 
 /// One square with what lies on it.
@@ -359,7 +369,9 @@ fn glass_with_something_on_its_back_is_told() {
         );
         assert!(scene.warnings.len() == 1 && scene.warnings[0].ends_with(&said), "{:?}", scene.warnings);
     }
-    for (front, back, triangles, warnings) in [("pane", "pane", 2, 0), ("solid", "solid", 2, 0), ("solid", "water", 4, 1)] {
+    for (front, back, triangles, warnings) in
+        [("pane", "pane", 2, 0), ("solid", "solid", 2, 0), ("solid", "water", 4, 1)]
+    {
         let scene = of(front, back);
         let found = (scene.mesh.triangles.len(), scene.warnings.len());
         assert_eq!(found, (triangles, warnings), "{front}, {back}: {:?}", scene.warnings);
@@ -389,7 +401,9 @@ fn the_side_measured_is_the_one_asked_for() {
     let surfaces = "[[surface]]\nname = \"up\"\nmaterial = \"wall\"\n[[surface]]\nname = \"down\"\nmaterial = \"back\"\n\
                     [[surface]]\nname = \"down again\"\nmaterial = \"wall\"\nside = \"back\"\n\
                     [[surface]]\nname = \"group\"\ngroup = \"sheet\"\n";
-    for (number, (one, other)) in [("wall\nf 1 2 3 4", "back\nf 3 2 1 4"), ("back\nf 4 3 2 1", "wall\nf 2 3 4 1")].iter().enumerate() {
+    for (number, (one, other)) in
+        [("wall\nf 1 2 3 4", "back\nf 3 2 1 4"), ("back\nf 4 3 2 1", "wall\nf 2 3 4 1")].iter().enumerate()
+    {
         let obj = format!("{SQUARE}g sheet\nusemtl {one}\nusemtl {other}\n");
         let scene = load(&format!("measured_{number}"), surfaces, &obj, mtl);
         assert_eq!(scene.mesh.triangles.len(), 2);
@@ -413,7 +427,8 @@ fn the_plan_lists_materials_and_what_is_wrong_with_meshes() {
     let mtl = "newmtl wall\nKd 0.5\nnewmtl back\nKd 0.1\nnewmtl pane\nKd 1\nd 0.3\nnewmtl lamp\nKd 0\nKe 100\n";
     folder.write("room.mtl", mtl);
     // A room of 4 × 4 × 3 m, twice, without its floor; a pane of 1 m² and a lamp of 4 m² in it.
-    let mut obj = format!("mtllib room.mtl\n{CORNERS}v 1 1 1\nv 2 1 1\nv 2 2 1\nv 1 2 1\nv 1 1 2\nv 3 1 2\nv 3 3 2\nv 1 3 2\n");
+    let mut obj =
+        format!("mtllib room.mtl\n{CORNERS}v 1 1 1\nv 2 1 1\nv 2 2 1\nv 1 2 1\nv 1 1 2\nv 3 1 2\nv 3 3 2\nv 1 3 2\n");
     obj += &faces("wall", &FRONTS[1..], false, None);
     obj += &faces("back", &FRONTS[1..], true, None);
     obj += "usemtl pane\nf 9 10 11 12\nusemtl lamp\nf 16 15 14 13\n";
@@ -452,8 +467,13 @@ fn meshes_are_looked_through() {
         vertices + &faces.iter().map(face).collect::<String>()
     };
     // FRONTS look inwards.
-    let obj = format!("usemtl wall\n{}{}{}v 0 0 9\nv 1 0 9\nv 1 0.0001 9\nf 25 26 27\n", cube(0, &FRONTS, true), cube(1, &FRONTS, false), cube(2, &FRONTS[1..], true));
-    for (section, wrong) in [("", 0), ("[material.wall]\nreflectance = 0.5\nsides = \"one\"\n", 1)] {
+    let obj = format!(
+        "usemtl wall\n{}{}{}v 0 0 9\nv 1 0 9\nv 1 0.0001 9\nf 25 26 27\n",
+        cube(0, &FRONTS, true),
+        cube(1, &FRONTS, false),
+        cube(2, &FRONTS[1..], true)
+    );
+    for (section, wrong) in [("", 0), ("[material.wall]\ndielectric = { ior = 1.5 }\n", 1)] {
         let scene = load(&format!("looked_through_{wrong}"), section, &obj, TWO_SIDED);
         let check = &Inventory::of(&scene).meshes[0];
         assert_eq!((check.bodies, check.inwards, check.inside_out), (2, 1, wrong));
@@ -468,9 +488,11 @@ fn a_room_in_millimetres_is_asked_about() {
     let obj = "v 0 0 0\nv 4000 0 0\nv 4000 5000 2700\nv 0 5000 2700\nusemtl wall\nf 1 2 3\nusemtl back\nf 1 3 4\n";
     let section = "[material.back]\nreflectance = 0.2\n";
     let scene = load("millimetres", section, obj, TWO_SIDED);
-    let said = "mesh.obj is 4000 × 5000 m and 2700 m high: is it in mm? unit = \"mm\" in its [[mesh]] makes it 2.70 m high";
+    let said =
+        "mesh.obj is 4000 × 5000 m and 2700 m high: is it in mm? unit = \"mm\" in its [[mesh]] makes it 2.70 m high";
     let asked = scene.warnings.iter().filter(|warning| warning.ends_with(said)).count();
     assert_eq!(asked, 1, "{:?}", scene.warnings);
-    let sources: Vec<_> = scene.materials.iter().zip(&scene.origins).map(|(m, o)| (m.name.as_str(), o.source)).collect();
+    let sources: Vec<_> =
+        scene.materials.iter().zip(&scene.origins).map(|(m, o)| (m.name.as_str(), o.source)).collect();
     assert_eq!(sources, [("wall", Source::Mtl), ("back", Source::Scene)]);
 }

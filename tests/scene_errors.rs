@@ -586,11 +586,7 @@ fn mtl_files_that_can_t_be() {
          [material.floor] of the scene file overrides it"
     );
     assert_eq!(
-        says_of(
-            &format!("{MESH}{LAMP}{SENSOR}[material.floor]\nspecular = 0.5\n"),
-            OBJ,
-            "newmtl floor\nKd 0.7\n"
-        ),
+        says_of(&format!("{MESH}{LAMP}{SENSOR}[material.floor]\nspecular = 0.5\n"), OBJ, "newmtl floor\nKd 0.7\n"),
         "scene.toml:12: found reflectance + specular = 1.2 in material \"floor\", expected at most 1 in each channel"
     );
     assert_eq!(

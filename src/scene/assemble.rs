@@ -542,7 +542,11 @@ impl Parts {
         let alike = self.numbers.entry(material.name.clone()).or_default();
         if let Some(&known) = alike.iter().find(|&&number| self.materials[number as usize] == material) {
             let notes = &mut self.origins[known as usize].notes;
-            origin.notes.into_iter().for_each(|note| if !notes.contains(&note) { notes.push(note) });
+            origin.notes.into_iter().for_each(|note| {
+                if !notes.contains(&note) {
+                    notes.push(note)
+                }
+            });
             return known;
         }
         let number = u32::try_from(self.materials.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
@@ -594,44 +598,18 @@ impl Parts {
             flat: &flat,
         };
         let doubles = faces.single(&file, warnings);
-        let left_out = merged(&flat, &doubles.left_out);
+        let kept = Kept { left_out: merged(&flat, &doubles.left_out), before: self.mesh.triangles.len() };
 
         // What is measured or shines: most triangles of most scenes do neither.
-        let before = self.mesh.triangles.len();
-        let number = |index: usize| (before + index - left_out.partition_point(|&out| out < index)) as u32;
-        let stays = |&index: &usize| left_out.is_empty() || left_out.binary_search(&index).is_err();
         for (section, chosen) in measured.iter().zip(&mut self.chosen) {
-            let wanted: Vec<bool> = surfaces
-                .iter()
-                .map(|surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name))
-                .collect();
-            if !wanted.contains(&true) {
-                continue;
-            }
-            let ranges = match &section.group {
-                Some(group) => groups.ranges(&group.value, triangles.len()),
-                None => std::iter::once(0..triangles.len()).collect(),
-            };
-            let of_material = |&index: &usize| wanted[material_of[index] as usize];
-            let fronts = ranges.iter().cloned().flatten().filter(stays).filter(of_material);
-            let own = chosen.len();
-            chosen.extend(fronts.map(|index| (number(index), false)));
-            // Faces that are the back of others now are measured there, unless their fronts are measured already.
-            let is_in = |index: usize| {
-                let range = ranges.partition_point(|range| range.end <= index);
-                ranges.get(range).is_some_and(|range| range.contains(&index)) && of_material(&index)
-            };
-            let behind = |&&[front, back]: &&[u32; 2]| is_in(back as usize) && !is_in(front as usize);
-            let backs = doubles.backs.iter().filter(behind).map(|&[front, _]| (number(front as usize), true));
-            chosen.extend(backs);
-            chosen[own..].sort_unstable();
+            kept.choose(section, &faces, &groups, &doubles.backs, chosen);
         }
         let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
         if shining.iter().any(Option::is_some) {
-            for index in (0..triangles.len()).filter(stays) {
+            for index in (0..triangles.len()).filter(|&index| kept.stays(index)) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
                     emitter.triangles.push(corners(&triangles[index]));
-                    emitter.numbers.push(number(index));
+                    emitter.numbers.push(kept.number(index));
                 }
             }
         }
@@ -646,13 +624,13 @@ impl Parts {
                 Becomes::TwoSided(material) => two_sided[material as usize],
             };
         }
-        without(&mut triangles, &left_out);
-        without(&mut material_of, &left_out);
+        without(&mut triangles, &kept.left_out);
+        without(&mut material_of, &kept.left_out);
         self.files.push(MeshPart {
             file: path,
             metres_per_unit,
             bounds,
-            triangles: before..before + triangles.len(),
+            triangles: kept.before..kept.before + triangles.len(),
             flat: flat.len(),
             repeated: doubles.repeated,
             backs: doubles.left_out.len() - doubles.repeated,
@@ -682,7 +660,7 @@ impl Parts {
             None => {
                 let origin = Origin { source: Source::Luminaire, notes: Vec::new() };
                 self.add_material(Material::black("luminaire opening"), origin)
-            },
+            }
         };
         self.black = Some(black);
         let first = self.add_vertices(&corners);
@@ -705,6 +683,58 @@ impl Parts {
             }
             self.luminaires.push(emitter.luminaire(name));
         }
+    }
+}
+
+/// The triangles of a mesh file that become the scene's.
+struct Kept {
+    /// Those that don't, ascending.
+    left_out: Vec<usize>,
+    /// Triangles that the scene had before.
+    before: usize,
+}
+
+impl Kept {
+    /// Number in the scene of a triangle of the file.
+    fn number(&self, index: usize) -> u32 {
+        (self.before + index - self.left_out.partition_point(|&out| out < index)) as u32
+    }
+
+    fn stays(&self, index: usize) -> bool {
+        self.left_out.is_empty() || self.left_out.binary_search(&index).is_err()
+    }
+
+    /// Adds a file's part of a measured surface to its triangles; `backs` are triangles and the ones that were behind them.
+    fn choose(
+        &self,
+        section: &SurfaceSection,
+        faces: &Faces<'_>,
+        groups: &Groups,
+        backs: &[[u32; 2]],
+        chosen: &mut Vec<(u32, bool)>,
+    ) {
+        let is_wanted =
+            |surface: &Surface| section.material.as_ref().is_none_or(|name| name.value == surface.material.name);
+        let wanted: Vec<bool> = faces.surfaces.iter().map(is_wanted).collect();
+        if !wanted.contains(&true) {
+            return;
+        }
+        let ranges = match &section.group {
+            Some(group) => groups.ranges(&group.value, faces.triangles.len()),
+            None => std::iter::once(0..faces.triangles.len()).collect(),
+        };
+        let of_material = |index: usize| wanted[faces.material_of[index] as usize];
+        let own = chosen.len();
+        let fronts = ranges.iter().cloned().flatten().filter(|&index| self.stays(index) && of_material(index));
+        chosen.extend(fronts.map(|index| (self.number(index), false)));
+        // Faces that are the back of others now are measured there, unless their fronts are measured already.
+        let is_in = |index: usize| {
+            let range = ranges.partition_point(|range| range.end <= index);
+            ranges.get(range).is_some_and(|range| range.contains(&index)) && of_material(index)
+        };
+        let behind = backs.iter().filter(|&&[front, back]| is_in(back as usize) && !is_in(front as usize));
+        chosen.extend(behind.map(|&[front, _]| (self.number(front as usize), true)));
+        chosen[own..].sort_unstable();
     }
 }
 

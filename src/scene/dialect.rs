@@ -71,7 +71,7 @@ struct Sayings {
 /// How light passes a material, if it does.
 pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Told) -> Result<Option<Clear>, InputError> {
     let refracts = matches!(mtl.illumination, Some(4 | 6 | 7 | 9));
-    let bends = |ior: &f64| !(*ior <= 1.0); // what is no number too: it is refused below
+    let bends = |ior: &f64| *ior > 1.0 || ior.is_nan(); // what is no number is refused below
     let ior = mtl.ior.as_ref().map(|ior| ior.value).filter(bends);
     let filter = mtl.filter.as_ref().map(|filter| filter.value);
     let filter = filter.filter(|filter| filter.iter().all(|part| (0.0..=1.0).contains(part)));
@@ -140,7 +140,12 @@ fn through(mtl: &MtlMaterial, glass: bool, told: &mut Told) -> Result<Option<f64
         }
         (None, Some(tr)) => {
             if tr > 0.0 {
-                told.guess(mtl, &format!("Tr {tr} without d"), "the share that passes; some programs write d there", cure);
+                told.guess(
+                    mtl,
+                    &format!("Tr {tr} without d"),
+                    "the share that passes; some programs write d there",
+                    cure,
+                );
             }
             Some(tr)
         }

@@ -10,10 +10,13 @@ mod patches;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::fields::quoted;
 use super::inventory::Origin;
 use super::material::{Material, Sides};
 use super::surface::Surface;
+use patches::Patch;
 
 /// What becomes of the triangles of a mesh.
 #[derive(Default)]
@@ -68,11 +71,11 @@ impl Faces<'_> {
         doubled.extend(exact.backs.iter().flatten());
         doubled.sort_unstable();
         let alone = |index: &u32| doubled.binary_search(index).is_err() && !is_flat(*index);
-        let rest: Vec<u32> = (0..self.triangles.len() as u32).filter(alone).collect();
+        let rest: Vec<u32> = (0..self.triangles.len() as u32).into_par_iter().filter(alone).collect();
         let patches = patches::find(self.vertices, self.triangles, &rest);
 
         let mut settled = Settled { faces: self, known: BTreeMap::new(), shining: 0, doubles: DoubleFaces::default() };
-        settled.look_for_whole_sheets(&exact.backs);
+        settled.look_for_whole_sheets(&exact.backs, &patches);
         for &[front, back] in &exact.backs {
             settled.pair(&[front], &[back], &[back], &[front]);
         }
@@ -112,20 +115,31 @@ struct Settled<'a> {
 
 impl Settled<'_> {
     /// Glass whose every triangle has a back is no body but sheets.
-    fn look_for_whole_sheets(&mut self, backs: &[[u32; 2]]) {
+    fn look_for_whole_sheets(&mut self, backs: &[[u32; 2]], patches: &[Patch]) {
+        let faces = self.faces;
+        // The glass that all of some triangles are.
+        let glass = |front: &[u32], back: &[u32]| {
+            let first = faces.surface(*front.first()?);
+            let is_glass = faces.surfaces[first as usize].material.dielectric.is_some();
+            let alike = || front.iter().chain(back).all(|&triangle| faces.surface(triangle) == first);
+            (is_glass && alike()).then_some(first)
+        };
         let mut left: HashMap<u32, i64> = HashMap::new();
-        for &[front, back] in backs {
-            let surface = self.faces.surface(front);
-            let is_glass = self.faces.surfaces[surface as usize].material.dielectric.is_some();
-            if is_glass && surface == self.faces.surface(back) {
+        for [front, back] in backs {
+            if let Some(surface) = glass(&[*front], &[*back]) {
                 *left.entry(surface).or_default() -= 2;
+            }
+        }
+        for Patch { front, back, .. } in patches {
+            if let Some(surface) = glass(front, back) {
+                *left.entry(surface).or_default() -= (front.len() + back.len()) as i64;
             }
         }
         if left.is_empty() {
             return;
         }
-        for (index, surface) in self.faces.material_of.iter().enumerate() {
-            if let Some(count) = left.get_mut(surface).filter(|_| self.faces.flat.binary_search(&index).is_err()) {
+        for (index, surface) in faces.material_of.iter().enumerate() {
+            if let Some(count) = left.get_mut(surface).filter(|_| faces.flat.binary_search(&index).is_err()) {
                 *count += 1;
             }
         }
@@ -190,7 +204,10 @@ impl Settled<'_> {
             let over = others.next().map_or(String::new(), |[first, again]| {
                 format!("; the first in the file counts, such as {} over {}", quoted(first), quoted(again))
             });
-            warnings.push(format!("{file}: {} that lie on others the same way round left out{over}", triangles(repeated.len())));
+            warnings.push(format!(
+                "{file}: {} that lie on others the same way round left out{over}",
+                triangles(repeated.len())
+            ));
         }
         if self.shining > 0 {
             let what = "light that meets them meets either by chance: keep one";

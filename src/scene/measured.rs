@@ -317,7 +317,8 @@ mod tests {
     fn samples_tile_their_triangles_and_none_is_too_large() {
         let mesh = mesh();
         for back in [false, true] {
-            let surface = MeasuredSurface::new("s".into(), back, 0.1, &[(0, false), (1, false)], &mesh).expect("few samples");
+            let surface =
+                MeasuredSurface::new("s".into(), back, 0.1, &[(0, false), (1, false)], &mesh).expect("few samples");
             let whole: f64 = (0..2).map(|t| Sample { corners: mesh.corners(t) }.area()).sum();
             assert!((surface.area() / whole - 1.0).abs() < 1e-12);
             let normals = [0, 1].map(|t| Sample { corners: mesh.corners(t) }.normal() * if back { -1.0 } else { 1.0 });
@@ -332,7 +333,8 @@ mod tests {
     #[test]
     fn a_point_is_found_in_its_sample() {
         let mesh = mesh();
-        let surface = MeasuredSurface::new("s".into(), true, 0.07, &[(0, false), (1, false)], &mesh).expect("few samples");
+        let surface =
+            MeasuredSurface::new("s".into(), true, 0.07, &[(0, false), (1, false)], &mesh).expect("few samples");
         let of_first = surface.triangles[1].2;
         assert!(of_first > 0 && surface.samples.len() > 100);
         for (index, sample) in surface.samples.iter().enumerate() {

@@ -51,11 +51,7 @@ fn way_round(one: [[f32; 3]; 3], other: [[f32; 3]; 3]) -> Option<bool> {
     let [a, b, c] = other;
     let turned = [[a, b, c], [b, c, a], [c, a, b]];
     let back = [[c, b, a], [b, a, c], [a, c, b]];
-    if turned.contains(&one) {
-        Some(true)
-    } else {
-        back.contains(&one).then_some(false)
-    }
+    if turned.contains(&one) { Some(true) } else { back.contains(&one).then_some(false) }
 }
 
 #[cfg(test)]

@@ -7,19 +7,21 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::super::inventory::{mixed, place_key};
 
 /// Meshes of more triangles are not looked through: only exact doubles are found in them.
-pub(super) const MOST_TRIANGLES: usize = 2_000_000;
+const MOST_TRIANGLES: usize = 1_000_000;
 /// Sine of the angle up to which triangles count as parts of one plane.
 const FLAT: f64 = 1e-3;
 /// Most triangles at one edge.
 const MOST_AT_EDGE: usize = 64;
-/// Most pairs of triangles that are compared to find out what lies behind what.
-const MOST_PAIRS: usize = 4_000_000;
+/// Most entries of the grid in which triangles are looked up, as a multiple of their number.
+const MOST_ENTRIES: usize = 64;
+/// Most comparisons of a patch.
+const MOST_PAIRS: usize = 1_000_000_000;
 
 /// Front and back of a face; numbers of triangles, ascending.
 #[derive(Debug, PartialEq)]
@@ -138,17 +140,18 @@ impl<'a> Surface<'a> {
 
     /// Triangles at folds.
     fn folds(&self) -> Vec<u32> {
-        let runs = self.edges.chunk_by(|one, other| one.key == other.key);
-        let mut folds = Vec::new();
-        for run in runs.filter(|run| (2..=MOST_AT_EDGE).contains(&run.len())) {
-            for (index, &one) in run.iter().enumerate() {
-                for &other in &run[index + 1..] {
-                    if self.folded(one, other) == Some(true) {
-                        folds.extend([one.triangle, other.triangle]);
-                    }
+        let of_run = |run: &[Edge]| {
+            let mut folds = Vec::new();
+            if (2..=MOST_AT_EDGE).contains(&run.len()) {
+                for (index, &one) in run.iter().enumerate() {
+                    let others = run[index + 1..].iter().filter(|&&other| self.folded(one, other) == Some(true));
+                    folds.extend(others.flat_map(|other| [one.triangle, other.triangle]));
                 }
             }
-        }
+            folds
+        };
+        let runs = self.edges.par_chunk_by(|one, other| one.key == other.key);
+        let mut folds: Vec<u32> = runs.flat_map_iter(of_run).collect();
         folds.sort_unstable();
         folds.dedup();
         folds
@@ -226,27 +229,91 @@ impl<'a> Surface<'a> {
         Some(Grown { members, area: sum.length() / 2.0, normal, rim })
     }
 
-    /// Front and back; `None` where that would take too long.
+    /// Front and back; `None` where it would take too long to tell what lies behind what.
     fn patch(&self, front: Grown, back: Grown) -> Option<Patch> {
-        let (normal, front, back) = (front.normal, front.members, back.members);
-        if front.len().saturating_mul(back.len()) > MOST_PAIRS {
+        let (axes, front, back) = (front.normal.any_orthonormal_pair(), front.members, back.members);
+        let flat = |triangles: &[u32]| -> Vec<[DVec2; 3]> {
+            let flat = |corner: DVec3| DVec2::new(corner.dot(axes.0), corner.dot(axes.1));
+            triangles.iter().map(|&triangle| self.corners(triangle).map(flat)).collect()
+        };
+        let (fronts, backs) = (flat(&front), flat(&back));
+        let numbers = |found: Vec<usize>, of: &[u32]| found.into_iter().map(|index| of[index]).collect();
+        let behind = numbers(Grid::new(&backs)?.under(&fronts)?, &back);
+        let before = numbers(Grid::new(&fronts)?.under(&backs)?, &front);
+        Some(Patch { front, back, behind, before })
+    }
+}
+
+/// Triangles of a plane by square cells.
+struct Grid<'a> {
+    triangles: &'a [[DVec2; 3]],
+    corner: DVec2,
+    cell: f64,
+    /// Cells along either axis.
+    count: usize,
+    /// Numbers of the triangles whose bounding box meets a cell.
+    cells: Vec<Vec<u32>>,
+}
+
+impl<'a> Grid<'a> {
+    /// As many cells as triangles, fewer where these are long.
+    fn new(triangles: &'a [[DVec2; 3]]) -> Option<Self> {
+        let corners = || triangles.iter().flatten();
+        let least = corners().copied().reduce(DVec2::min)?;
+        let extent = (corners().copied().reduce(DVec2::max)? - least).max_element().max(f64::MIN_POSITIVE);
+        let mut grid = Self { triangles, corner: least, cell: extent, count: 1, cells: Vec::new() };
+        let mut count = (triangles.len() as f64).sqrt().ceil() as usize;
+        loop {
+            (grid.count, grid.cell) = (count, extent / count as f64);
+            let area = |triangle: &[DVec2; 3]| {
+                let [[left, low], [right, high]] = grid.around(triangle);
+                (right - left + 1) * (high - low + 1)
+            };
+            if triangles.iter().map(area).sum::<usize>() <= MOST_ENTRIES * triangles.len() {
+                break;
+            }
+            count /= 2;
+        }
+        grid.cells = vec![Vec::new(); count * count];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let [[left, low], [right, high]] = grid.around(triangle);
+            for (x, y) in (low..=high).flat_map(|y| (left..=right).map(move |x| (x, y))) {
+                grid.cells[y * count + x].push(number as u32);
+            }
+        }
+        Some(grid)
+    }
+
+    /// Lowest and highest cell of the box around a triangle.
+    fn around(&self, [a, b, c]: &[DVec2; 3]) -> [[usize; 2]; 2] {
+        [self.place(a.min(*b).min(*c)), self.place(a.max(*b).max(*c))]
+    }
+
+    /// Column and row of a point's cell.
+    fn place(&self, at: DVec2) -> [usize; 2] {
+        ((at - self.corner) / self.cell).to_array().map(|steps| (steps.max(0.0) as usize).min(self.count - 1))
+    }
+
+    /// For each of some triangles the number of the one in the grid that its middle lies in; `None` if that takes too long.
+    fn under(&self, others: &[[DVec2; 3]]) -> Option<Vec<usize>> {
+        let most = self.cells.iter().map(Vec::len).max().unwrap_or(0);
+        if most.saturating_mul(others.len()) > MOST_PAIRS {
             return None;
         }
-        // How far inside a triangle of the back a point is, as a share of its height.
-        let inside = |at: DVec3, triangle: u32| {
-            let [a, b, c] = self.corners(triangle);
-            let whole = (b - a).cross(c - a).dot(normal);
-            let part = |p: DVec3, q: DVec3| (q - p).cross(at - p).dot(normal) / whole;
+        // How far inside a triangle a point is, as a share of its height.
+        let inside = |at: DVec2, [a, b, c]: [DVec2; 3]| {
+            let whole = (b - a).perp_dot(c - a);
+            let part = |p: DVec2, q: DVec2| (q - p).perp_dot(at - p) / whole;
             part(a, b).min(part(b, c)).min(part(c, a))
         };
-        let nearest = |triangle: u32, others: &[u32]| {
-            let middle = self.corners(triangle).iter().sum::<DVec3>() / 3.0;
-            let most = others.iter().map(|&other| (inside(middle, other), other));
-            most.fold((f64::NEG_INFINITY, others[0]), |most, next| if next.0 > most.0 { next } else { most }).1
+        let of = |[a, b, c]: &[DVec2; 3]| {
+            let middle = (*a + *b + *c) / 3.0;
+            let [x, y] = self.place(middle);
+            let near = self.cells[y * self.count + x].iter().map(|&number| number as usize);
+            let all = near.map(|number| (inside(middle, self.triangles[number]), number));
+            all.fold((f64::NEG_INFINITY, 0), |most, next| if next.0 > most.0 { next } else { most }).1
         };
-        let behind = front.iter().map(|&triangle| nearest(triangle, &back)).collect();
-        let before = back.iter().map(|&triangle| nearest(triangle, &front)).collect();
-        Some(Patch { front, back, behind, before })
+        Some(others.iter().map(of).collect())
     }
 }
 

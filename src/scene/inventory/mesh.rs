@@ -7,10 +7,10 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::unit::unit_in_doubt;
 use super::MeshPart;
+use super::unit::unit_in_doubt;
+use crate::scene::Scene;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Scene, Sides};
 
 /// A triangle whose longest side is more than so many times its height is a sliver.
 const SLIVER: f64 = 1000.0;
@@ -28,7 +28,7 @@ pub struct MeshCheck {
     pub bodies: usize,
     /// Of these, those whose fronts look inwards: rooms, or bodies inside out.
     pub inwards: usize,
-    /// Of those, the ones of glass or of materials with one side: they are wrong.
+    /// Of those, the ones of glass alone: they are wrong.
     pub inside_out: usize,
     /// Triangles a thousand times as long as high.
     pub slivers: usize,
@@ -173,7 +173,7 @@ impl Pieces {
         (once, often)
     }
 
-    /// Closed bodies; of these, those whose fronts look inwards; of those, the ones of glass or with one side.
+    /// Closed bodies; of these, those whose fronts look inwards; of those, the ones of glass alone.
     fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &Welded) -> [usize; 3] {
         let mesh = &*scene.mesh;
         let mut hulls = vec![Hull::default(); self.parent.len()];
@@ -188,12 +188,12 @@ impl Pieces {
             let volume = a.dot(b.cross(c));
             hull.volume += volume;
             hull.swept += volume.abs();
-            hull.sided |= material.dielectric.is_some() || material.sides == Sides::One;
+            hull.opaque |= material.dielectric.is_none();
         }
         let bodies = hulls.into_iter().filter(|hull| hull.volume.abs() > 1e-6 * hull.swept);
         bodies.fold([0; 3], |[all, inwards, wrong], hull| {
             let inside_out = hull.volume < 0.0;
-            [all + 1, inwards + usize::from(inside_out), wrong + usize::from(inside_out && hull.sided)]
+            [all + 1, inwards + usize::from(inside_out), wrong + usize::from(inside_out && !hull.opaque)]
         })
     }
 }
@@ -205,8 +205,8 @@ struct Hull {
     volume: f64,
     /// The same of its parts without their signs.
     swept: f64,
-    /// Whether it matters which side is which.
-    sided: bool,
+    /// Whether any of it is no glass.
+    opaque: bool,
 }
 
 impl Mesh {

@@ -48,7 +48,8 @@ mod tests {
             ("in", "m", Some("in")),
             ("m", "mm", Some("m")),
             ("m", "cm", Some("m")),
-            ("mm", "cm", Some("mm")),
+            // 27 m high: a large hall.
+            ("mm", "cm", None),
             ("m", "m", None),
             ("mm", "mm", None),
             // 8.9 m high: it may be a hall.
