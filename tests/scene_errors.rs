@@ -591,8 +591,8 @@ fn mtl_files_that_can_t_be() {
          [material.floor] of the scene file overrides it"
     );
     assert_eq!(
-        mtl_says("newmtl floor\nillum 3\nKd 0.7\nKs 0.5\n"),
-        "room.mtl:4: found reflectance + specular = 1.2 in material \"floor\", expected at most 1 in each channel"
+        says_of(&format!("{MESH}{LAMP}{SENSOR}[material.floor]\nspecular = 0.5\n"), OBJ, "newmtl floor\nKd 0.7\n"),
+        "scene.toml:12: found reflectance + specular = 1.2 in material \"floor\", expected at most 1 in each channel"
     );
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.7 0.7\n"),
@@ -612,8 +612,8 @@ fn mtl_files_that_can_t_be() {
         "room.mtl:3: found Ke 100 -1 0 in material \"floor\", expected numbers from 0 up, cd/m²"
     );
     assert_eq!(
-        mtl_says("newmtl floor\nillum 4\nNi 0.5\nd 0.5\n"),
-        "room.mtl:3: found Ni 0.5 in material \"floor\", expected from 1 to 10; dielectric in [material.floor] of the scene \
+        mtl_says("newmtl floor\nillum 4\nNi 50\nd 0.5\n"),
+        "room.mtl:3: found Ni 50 in material \"floor\", expected from 1 to 10; dielectric in [material.floor] of the scene \
          file overrides it"
     );
 }
@@ -646,8 +646,13 @@ fn warnings() {
     );
     assert_eq!(
         mtl_says("newmtl floor\nNi 1.5\nillum 4\nTf 0.5 0.9 0.5\n"),
-        "loaded: room.mtl:1: Tf of glass \"floor\" left out, since it belongs to no thickness; its glass is clear; \
-         dielectric in [material.floor] gives it an absorption per metre"
+        "loaded: room.mtl:1: glass \"floor\" passes [0.5, 0.9, 0.5] as a sheet; a closed body of it is clear glass of index \
+         1.5, since d and Tf belong to no thickness: dielectric in [material.floor] gives it an absorption per metre"
+    );
+    assert_eq!(
+        mtl_says("newmtl floor\nillum 3\nKd 0.7\nKs 0.5\n"),
+        "loaded: room.mtl:4: Kd + Ks = 1.2 in material \"floor\", more light than arrives: Ks taken for a highlight and left \
+         out; for a metal write reflectance = 0, specular = 0.7, roughness = 0 in [material.floor]"
     );
     assert_eq!(
         says_of(

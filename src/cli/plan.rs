@@ -1,4 +1,4 @@
-//! `luxmap plan`: what a scene needs, what is left out, and why.
+//! `luxmap plan`: what a scene needs, what is left out, and why; what it is made of, and what looks wrong about it.
 
 use std::path::PathBuf;
 
@@ -7,8 +7,12 @@ use super::{Include, Outcome, complain, print};
 use crate::error::Error;
 use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
-use crate::report::number;
+use crate::report::{inventory, number};
+use crate::scene::inventory::Inventory;
 use crate::scene::plan::Plan;
+
+/// Materials that are listed where not all of them are asked for.
+const MOST_MATERIALS: usize = 40;
 
 /// List what a scene needs and what is left out, with the reason.
 #[derive(clap::Args)]
@@ -29,6 +33,9 @@ pub(super) struct Arguments {
     /// Memory that may be taken.
     #[arg(long, value_name = "GB", value_parser = gigabytes, allow_negative_numbers = true)]
     memory: Option<f64>,
+    /// List all materials, and not only the largest 40.
+    #[arg(long)]
+    materials: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
@@ -61,6 +68,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         number::bytes(memory.peak()),
         number::count(settings.photons),
     ))?;
+    let most = if arguments.materials { usize::MAX } else { MOST_MATERIALS };
+    print(&inventory::inventory(&Inventory::of(&scene), most))?;
     for warning in &scene.warnings {
         complain(&format!("warning: {warning}"));
     }

@@ -133,7 +133,7 @@ impl<const C: usize> Recorder<C> for CountRecorder<'_, C> {
                 Watched::Nothing => {}
                 Watched::Surface(surface) => {
                     if let Some(hit) = flight.hit
-                        && surface.faces(hit.normal.as_dvec3(), flight.direction.as_dvec3())
+                        && surface.faces(hit.triangle, hit.normal.as_dvec3(), flight.direction.as_dvec3())
                         && let Some(sample) = surface.sample_at(hit.triangle, hit.position.as_dvec3(), self.mesh)
                     {
                         self.met.push(Met { receiver: receiver as u32, point: sample as u32, flux });

@@ -14,6 +14,7 @@ pub mod exr;
 pub(crate) mod file;
 pub mod html;
 pub mod image;
+pub mod inventory;
 pub mod json;
 pub mod live;
 pub mod luminaire;

@@ -10,12 +10,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::double_faces::{Becomes, Faces};
 use super::emitters;
 use super::fallback::Fallback;
 use super::fields::{Placed, closest, listed, quoted};
 use super::file::{MaterialSection, MeshSection, SceneFile};
 use super::fixture::{self, Fixture};
 use super::glass;
+use super::inventory::{MeshPart, Origin, Source, unit_in_doubt};
 use super::library::{Library, check_names, unset};
 use super::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
@@ -212,6 +214,8 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
         near: near.local(centre),
         mesh: Arc::new(parts.mesh),
         materials: parts.materials,
+        origins: parts.origins,
+        parts: parts.files,
         luminaires: parts.luminaires,
         planes: file.planes,
         sensors: file.sensors,
@@ -268,6 +272,7 @@ pub(super) struct PlacedMesh {
     pub(super) faces: usize,
     /// How many of them a pane has no use for: they have no area any more.
     left_out: usize,
+    metres_per_unit: f64,
 }
 
 /// Reads files, and remembers what they were.
@@ -434,8 +439,8 @@ impl Reader {
             surfaces: &mut surfaces,
         };
         let left_out = glass::settle(&path, &materials, faces, &mut self.warnings)?;
-        let faces = triangles.len();
-        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, faces, left_out })
+        let (faces, metres_per_unit) = (triangles.len(), section.placement.metres_per_unit);
+        Ok(PlacedMesh { path, vertices, triangles, material_of, surfaces, groups, faces, left_out, metres_per_unit })
     }
 }
 
@@ -466,13 +471,16 @@ struct Parts {
     centre: DVec3,
     mesh: Mesh,
     materials: Vec<Material>,
+    /// Who says what each of them is.
+    origins: Vec<Origin>,
+    files: Vec<MeshPart>,
     /// Those of a name.
     numbers: HashMap<String, Vec<u32>>,
     luminaires: Vec<Luminaire>,
     /// Material of the luminaires' bodies, once there is one.
     black: Option<u32>,
-    /// Triangles of each measured surface.
-    chosen: Vec<Vec<u32>>,
+    /// Triangles of each measured surface, and whether they are measured from behind what it says.
+    chosen: Vec<Vec<(u32, bool)>>,
 }
 
 /// Faces of one mesh that emit.
@@ -486,14 +494,21 @@ struct Emitter {
 }
 
 impl Parts {
-    fn add_material(&mut self, material: Material) -> u32 {
+    fn add_material(&mut self, material: Material, origin: Origin) -> u32 {
         let alike = self.numbers.entry(material.name.clone()).or_default();
         if let Some(&known) = alike.iter().find(|&&number| self.materials[number as usize] == material) {
+            let notes = &mut self.origins[known as usize].notes;
+            origin.notes.into_iter().for_each(|note| {
+                if !notes.contains(&note) {
+                    notes.push(note)
+                }
+            });
             return known;
         }
         let number = u32::try_from(self.materials.len()).expect("a file of 16 GiB names fewer than 4e9 materials");
         alike.push(number);
         self.materials.push(material);
+        self.origins.push(origin);
         number
     }
 
@@ -513,43 +528,71 @@ impl Parts {
         warnings: &mut Vec<String>,
     ) {
         let chosen: Vec<Vec<usize>> = measured.iter().map(|section| mesh.chosen(section)).collect();
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, left_out, .. } = mesh;
-        let centre = self.centre;
+        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, left_out, metres_per_unit, .. } =
+            mesh;
+        let (centre, file) = (self.centre, path.display().to_string());
+        let bounds = Bounds::around_all(&vertices).map_or([DVec3::ZERO; 2], |bounds| [bounds.least, bounds.most]);
+        let doubt = unit_in_doubt(&file, (bounds[1] - bounds[0]).to_array(), metres_per_unit);
+        warnings.extend(doubt.filter(|doubt| !warnings.contains(doubt)));
         vertices.par_iter_mut().for_each(|vertex| *vertex -= centre);
         let first = self.add_vertices(&vertices);
         drop(vertices);
         if first > 0 {
             triangles.par_iter_mut().flatten().for_each(|vertex| *vertex += first);
         }
-        let numbers: Vec<u32> = surfaces.iter().map(|surface| self.add_material(surface.material.clone())).collect();
+        let add = |surface: &Surface| self.add_material(surface.material.clone(), surface.origin.clone());
+        let numbers: Vec<u32> = surfaces.iter().map(add).collect();
         // Judge and emit from the rounded corners: they are what rays will meet.
         let corners = |triangle: &[u32; 3]| {
             triangle.map(|vertex| DVec3::from(self.mesh.vertices[vertex as usize].map(f64::from)))
         };
         let is_flat = |&index: &usize| !has_area(corners(&triangles[index]));
         let flat: Vec<usize> = (0..triangles.len()).into_par_iter().filter(is_flat).collect();
+        let faces = Faces {
+            vertices: &self.mesh.vertices,
+            triangles: &triangles,
+            material_of: &material_of,
+            surfaces: &surfaces,
+            flat: &flat,
+        };
+        let doubles = faces.single(&file, warnings);
+        let kept = Kept { left_out: merged(&flat, &doubles.left_out), before: self.mesh.triangles.len() };
 
         // What is measured or shines: most triangles of most scenes do neither.
-        let kept = |index: usize| index - flat.partition_point(|&flat| flat < index);
-        let number = |index: usize| (self.mesh.triangles.len() + kept(index)) as u32;
-        let has_area = |index: &usize| flat.is_empty() || flat.binary_search(index).is_err();
-        for (of_surface, chosen) in chosen.into_iter().zip(&mut self.chosen) {
-            of_surface.into_iter().filter(has_area).for_each(|index| chosen.push(number(index)));
+        for (of_surface, chosen) in chosen.iter().zip(&mut self.chosen) {
+            kept.choose(of_surface, &doubles.backs, chosen);
         }
         let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
         if shining.iter().any(Option::is_some) {
-            for index in (0..triangles.len()).filter(has_area) {
+            for index in (0..triangles.len()).filter(|&index| kept.stays(index)) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
                     emitter.triangles.push(corners(&triangles[index]));
-                    emitter.numbers.push(number(index));
+                    emitter.numbers.push(kept.number(index));
                 }
             }
         }
         emitters.extend(shining.into_iter().flatten().filter(|emitter| !emitter.triangles.is_empty()));
 
         material_of.par_iter_mut().for_each(|material| *material = numbers[*material as usize]);
-        without(&mut triangles, &flat);
-        without(&mut material_of, &flat);
+        let add = |(material, origin)| self.add_material(material, origin);
+        let two_sided: Vec<u32> = doubles.two_sided.into_iter().map(add).collect();
+        for (&[front, _], becomes) in doubles.backs.iter().zip(&doubles.becomes) {
+            material_of[front as usize] = match *becomes {
+                Becomes::Own(surface) => numbers[surface as usize],
+                Becomes::TwoSided(material) => two_sided[material as usize],
+            };
+        }
+        without(&mut triangles, &kept.left_out);
+        without(&mut material_of, &kept.left_out);
+        self.files.push(MeshPart {
+            file: path,
+            metres_per_unit,
+            bounds,
+            triangles: kept.before..kept.before + triangles.len(),
+            flat: flat.len() - left_out,
+            repeated: doubles.repeated,
+            backs: doubles.left_out.len() - doubles.repeated,
+        });
         // The first mesh, most often the only one, is taken as it is.
         if self.mesh.triangles.is_empty() {
             (self.mesh.triangles, self.mesh.material_of) = (triangles, material_of);
@@ -560,7 +603,7 @@ impl Parts {
         let without_area = flat.len() - left_out;
         if without_area > 0 {
             let triangles = if without_area == 1 { "1 triangle" } else { &format!("{without_area} triangles") };
-            warnings.push(format!("{}: {triangles} without area left out", path.display()));
+            warnings.push(format!("{file}: {triangles} without area left out"));
         }
     }
 
@@ -573,7 +616,10 @@ impl Parts {
         }
         let black = match self.black {
             Some(black) => black,
-            None => self.add_material(Material::black("luminaire opening")),
+            None => {
+                let origin = Origin { source: Source::Luminaire, notes: Vec::new() };
+                self.add_material(Material::black("luminaire opening"), origin)
+            }
         };
         self.black = Some(black);
         let first = self.add_vertices(&corners);
@@ -597,6 +643,45 @@ impl Parts {
             self.luminaires.push(emitter.luminaire(name));
         }
     }
+}
+
+/// The triangles of a mesh file that become the scene's.
+struct Kept {
+    /// Those that don't, ascending.
+    left_out: Vec<usize>,
+    /// Triangles that the scene had before.
+    before: usize,
+}
+
+impl Kept {
+    /// Number in the scene of a triangle of the file.
+    fn number(&self, index: usize) -> u32 {
+        (self.before + index - self.left_out.partition_point(|&out| out < index)) as u32
+    }
+
+    fn stays(&self, index: usize) -> bool {
+        self.left_out.is_empty() || self.left_out.binary_search(&index).is_err()
+    }
+
+    /// Adds a file's part of a measured surface, ascending, to its triangles; `backs` are triangles and the ones that were
+    /// behind them.
+    fn choose(&self, of_surface: &[usize], backs: &[[u32; 2]], chosen: &mut Vec<(u32, bool)>) {
+        let own = chosen.len();
+        let fronts = of_surface.iter().filter(|&&index| self.stays(index));
+        chosen.extend(fronts.map(|&index| (self.number(index), false)));
+        // Faces that are the back of others now are measured there, unless their fronts are measured already.
+        let is_in = |index: u32| of_surface.binary_search(&(index as usize)).is_ok();
+        let behind = backs.iter().filter(|&&[front, back]| is_in(back) && !is_in(front));
+        chosen.extend(behind.map(|&[front, _]| (self.number(front as usize), true)));
+        chosen[own..].sort_unstable();
+    }
+}
+
+/// Both lists, ascending; they have nothing in common.
+fn merged(one: &[usize], other: &[usize]) -> Vec<usize> {
+    let mut all = [one, other].concat();
+    all.sort_unstable();
+    all
 }
 
 /// Takes the items of some places, ascending, out of a list.

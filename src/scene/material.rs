@@ -24,8 +24,11 @@
 //! angles is not modelled. `photon::rough` tells how light goes about among its facets.
 //!
 //! From MTL files come `Kd` (reflectance; times the mean colour of `map_Kd`, if it names a PNG or JPEG file), `Ks` with
-//! `illum` 3 or 5 (specular), `Ni` with `illum` 4, 6 or 7 (dielectric) and `Ke` (luminance, cd/m²). `Tf` only tells that
-//! light passes: it belongs to no thickness, so it can't become an absorption. The rest is left out.
+//! `illum` 3 or 5 (specular) and `Ns` (roughness), `d`, `Tr`, `Tf` and `Ni` (glazing, dielectric) and `Ke` (luminance, cd/m²).
+//! Programs mean different things by them: `dialect` tells how they are read. The rest is left out.
+//!
+//! A face that is drawn twice, once for each side, is one face whose [back](Material::back) is the other's material;
+//! `double_faces` tells how they are found.
 
 use std::sync::Arc;
 

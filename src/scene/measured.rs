@@ -31,8 +31,9 @@ pub struct MeasuredSurface {
     pub spacing: f64,
     /// Samples of all triangles, those of one triangle together.
     pub samples: Vec<Sample>,
-    /// Numbers of the mesh's triangles, ascending, and the root of each one's tree.
-    triangles: Vec<(u32, u32)>,
+    /// Numbers of the mesh's triangles, ascending, whether each is measured from the other side than the rest, and the root
+    /// of its tree.
+    triangles: Vec<(u32, bool, u32)>,
     /// What a triangle or a part of it is cut into: each half is another node, or, with [`LEAF`], a sample.
     nodes: Vec<[u32; 2]>,
 }
@@ -48,6 +49,12 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// All of a triangle of the mesh, seen from its back or front.
+    fn whole(triangle: u32, back: bool, mesh: &Mesh) -> Self {
+        let [a, b, c] = mesh.corners(triangle as usize);
+        Self { corners: if back { [a, c, b] } else { [a, b, c] } }
+    }
+
     /// Where its illuminance is asked for, m.
     pub fn centre(&self) -> DVec3 {
         self.corners.iter().sum::<DVec3>() / 3.0
@@ -87,19 +94,19 @@ impl Sample {
 }
 
 impl MeasuredSurface {
-    /// Cuts some triangles; `None` where that makes more than a million samples.
-    fn new(name: String, back: bool, spacing: f64, triangles: &[u32], mesh: &Mesh) -> Option<Self> {
+    /// Cuts some triangles, each with whether it is measured from the other side than `back` says; `None` where that makes
+    /// more than a million samples.
+    fn new(name: String, back: bool, spacing: f64, triangles: &[(u32, bool)], mesh: &Mesh) -> Option<Self> {
         let mut surface = Self { name, back, spacing, samples: Vec::new(), triangles: Vec::new(), nodes: Vec::new() };
-        for &triangle in triangles {
-            let [a, b, c] = mesh.corners(triangle as usize);
-            let whole = Sample { corners: if back { [a, c, b] } else { [a, b, c] } };
+        for &(triangle, turned) in triangles {
+            let whole = Sample::whole(triangle, back != turned, mesh);
             // No fewer than these, so that halving ends long before halves are all alike.
             let least = (whole.area() / spacing / spacing).max(whole.longest().0 / (LONGEST * spacing));
             if least.is_nan() || least > MOST_SAMPLES as f64 {
                 return None;
             }
             let root = surface.cut(whole)?;
-            surface.triangles.push((triangle, root));
+            surface.triangles.push((triangle, turned, root));
         }
         Some(surface)
     }
@@ -121,14 +128,8 @@ impl MeasuredSurface {
     /// The sample on which a point `at` (m) of the mesh's triangle number `triangle` lies; `None` if that is not part of
     /// the surface. Cost: O(log samples).
     pub fn sample_at(&self, triangle: u32, at: DVec3, mesh: &Mesh) -> Option<usize> {
-        let (&(least, _), &(most, _)) = self.triangles.first().zip(self.triangles.last())?;
-        if triangle < least || most < triangle {
-            return None;
-        }
-        let index = self.triangles.binary_search_by_key(&triangle, |&(number, _)| number).ok()?;
-        let mut node = self.triangles[index].1;
-        let [a, b, c] = mesh.corners(triangle as usize);
-        let mut piece = Sample { corners: if self.back { [a, c, b] } else { [a, b, c] } };
+        let (_, turned, mut node) = *self.of(triangle)?;
+        let mut piece = Sample::whole(triangle, self.back != turned, mesh);
         while node & LEAF == 0 {
             let halves = piece.halves();
             let [apex, middle, _] = halves[1].corners;
@@ -139,9 +140,20 @@ impl MeasuredSurface {
         Some((node & !LEAF) as usize)
     }
 
-    /// Whether light that flies along `direction` meets the measured side of a triangle with this normal.
-    pub fn faces(&self, normal: DVec3, direction: DVec3) -> bool {
-        (normal.dot(direction) < 0.0) != self.back
+    /// Whether light that flies along `direction` meets the measured side of a triangle of this number and normal.
+    pub fn faces(&self, triangle: u32, normal: DVec3, direction: DVec3) -> bool {
+        let meets = |&(_, turned, _): &(u32, bool, u32)| (normal.dot(direction) < 0.0) != (self.back != turned);
+        self.of(triangle).is_some_and(meets)
+    }
+
+    /// A triangle of the mesh, if it is part of the surface.
+    fn of(&self, triangle: u32) -> Option<&(u32, bool, u32)> {
+        let (&(least, ..), &(most, ..)) = self.triangles.first().zip(self.triangles.last())?;
+        if triangle < least || most < triangle {
+            return None;
+        }
+        let index = self.triangles.binary_search_by_key(&triangle, |&(number, ..)| number).ok()?;
+        Some(&self.triangles[index])
     }
 
     /// Area of all samples, m².
@@ -214,9 +226,9 @@ pub(crate) fn check_names(
 }
 
 impl SurfaceSection {
-    /// The surface that `triangles` (ascending) of the mesh make.
-    pub(crate) fn measured(&self, triangles: &[u32], mesh: &Mesh) -> Result<MeasuredSurface, InputError> {
-        let corners = triangles.iter().flat_map(|&triangle| mesh.corners(triangle as usize));
+    /// The surface that `triangles` (ascending, each with whether it is measured from behind) of the mesh make.
+    pub(crate) fn measured(&self, triangles: &[(u32, bool)], mesh: &Mesh) -> Result<MeasuredSurface, InputError> {
+        let corners = triangles.iter().flat_map(|&(triangle, _)| mesh.corners(triangle as usize));
         let Some(bounds) = Bounds::around(corners) else {
             let found = format!("no face for surface {}", quoted(&self.name));
             return Err(InputError::new(self.at.clone(), found, "faces of that material and group, with an area"));
@@ -305,7 +317,8 @@ mod tests {
     fn samples_tile_their_triangles_and_none_is_too_large() {
         let mesh = mesh();
         for back in [false, true] {
-            let surface = MeasuredSurface::new("s".into(), back, 0.1, &[0, 1], &mesh).expect("few samples");
+            let surface =
+                MeasuredSurface::new("s".into(), back, 0.1, &[(0, false), (1, false)], &mesh).expect("few samples");
             let whole: f64 = (0..2).map(|t| Sample { corners: mesh.corners(t) }.area()).sum();
             assert!((surface.area() / whole - 1.0).abs() < 1e-12);
             let normals = [0, 1].map(|t| Sample { corners: mesh.corners(t) }.normal() * if back { -1.0 } else { 1.0 });
@@ -320,8 +333,9 @@ mod tests {
     #[test]
     fn a_point_is_found_in_its_sample() {
         let mesh = mesh();
-        let surface = MeasuredSurface::new("s".into(), true, 0.07, &[0, 1], &mesh).expect("few samples");
-        let of_first = surface.triangles[1].1;
+        let surface =
+            MeasuredSurface::new("s".into(), true, 0.07, &[(0, false), (1, false)], &mesh).expect("few samples");
+        let of_first = surface.triangles[1].2;
         assert!(of_first > 0 && surface.samples.len() > 100);
         for (index, sample) in surface.samples.iter().enumerate() {
             let triangle = u32::from(sample.normal().distance(surface.samples[0].normal()) > 1e-6);
@@ -332,7 +346,7 @@ mod tests {
 
     #[test]
     fn too_many_samples_are_noticed_before_memory_ends() {
-        assert!(MeasuredSurface::new("s".into(), false, 1e-5, &[0], &mesh()).is_none());
+        assert!(MeasuredSurface::new("s".into(), false, 1e-5, &[(0, false)], &mesh()).is_none());
     }
 
     #[test]

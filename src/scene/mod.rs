@@ -7,6 +7,8 @@
 pub mod areas;
 mod assemble;
 mod camera;
+mod dialect;
+mod double_faces;
 mod emitters;
 mod fallback;
 pub(crate) mod fields;
@@ -14,6 +16,7 @@ pub mod file;
 mod fixture;
 mod glass;
 pub mod glazing;
+pub mod inventory;
 mod lamps;
 mod library;
 pub mod limits;
@@ -42,6 +45,7 @@ pub use assemble::{Dimming, LoadOptions};
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use glazing::Glazing;
+pub use inventory::{MeshPart, Origin};
 pub use material::{Dielectric, Material, Sides};
 pub use measure::Measure;
 pub use measured::MeasuredSurface;
@@ -67,6 +71,10 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// What [`Mesh::material_of`] points to.
     pub materials: Vec<Material>,
+    /// Who says what each of them is.
+    pub origins: Vec<Origin>,
+    /// The mesh files, and which triangles are theirs.
+    pub parts: Vec<MeshPart>,
     /// What shines: the scene file's luminaires, arrays spread out, then emitting meshes.
     pub luminaires: Vec<Luminaire>,
     /// Measuring planes.

@@ -18,26 +18,28 @@ pub(crate) struct MtlMaterial {
     pub(crate) diffuse: Option<Placed<[f64; 3]>>,
     /// `Ks`, a mirror's reflectance if `illum` says that it mirrors.
     pub(crate) specular: Option<Placed<[f64; 3]>>,
+    /// `Ns`, exponent of the highlight.
+    pub(crate) exponent: Option<f64>,
+    /// `Ka`; Blender writes there how much of it is metal.
+    pub(crate) ambient: Option<f64>,
     /// `Ke`, luminance in cd/m².
     pub(crate) emissive: Option<Placed<[f64; 3]>>,
     /// `Ni`, index of refraction.
     pub(crate) ior: Option<Placed<f64>>,
     /// `illum`, 0 … 10.
     pub(crate) illumination: Option<u8>,
-    /// Whether `d`, `Tr` or `Tf` let light through.
-    pub(crate) lets_light_through: bool,
-    /// Whether `Tf` colours that light.
-    pub(crate) coloured_filter: bool,
+    /// `d`, 1 where it is opaque.
+    pub(crate) dissolve: Option<Placed<f64>>,
+    /// `Tr`, 0 where it is opaque; some programs write it as `d`.
+    pub(crate) transparency: Option<Placed<f64>>,
+    /// `Tf`, the filter's transmittance; some programs write its opposite.
+    pub(crate) filter: Option<Placed<[f64; 3]>>,
     /// File of `map_Kd`, as written.
     pub(crate) texture: Option<Placed<String>>,
-}
-
-impl MtlMaterial {
-    /// Whether `illum` says that it is glass, and something lets light through or bends it.
-    pub(crate) fn is_glass(&self) -> bool {
-        let bends = self.ior.as_ref().is_some_and(|ior| ior.value > 1.0);
-        matches!(self.illumination, Some(4 | 6 | 7)) && (self.lets_light_through || bends)
-    }
+    /// File of `map_d`, as written.
+    pub(crate) cut_out: Option<Placed<String>>,
+    /// Whether the file says that Blender wrote it.
+    pub(crate) by_blender: bool,
 }
 
 /// Materials of the MTL file at `path`, in its order; of two with one name the later counts.
@@ -51,10 +53,13 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, Input
         names: Vec::new(),
         places: HashMap::new(),
         textures: HashMap::new(),
+        cut_outs: HashMap::new(),
+        extras: HashMap::new(),
+        by_blender: false,
     };
     let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
     let loaded = tobj::load_mtl_buf(&mut feed);
-    let Tidy { refused, line, names, places, textures, .. } = tidy;
+    let Tidy { refused, line, names, places, textures, cut_outs, extras, by_blender, .. } = tidy;
     if let Some(error) = refused {
         return Err(error);
     }
@@ -74,9 +79,14 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, Input
             emissive: material.emissive.map(|value| Placed { value, at: place("Ke") }),
             ior: material.optical_density.map(|value| Placed { value, at: place("Ni") }),
             illumination: material.illumination_model,
-            lets_light_through: lets_light_through(material),
-            coloured_filter: filter(material).is_some_and(|tf| tf[0] != tf[1] || tf[1] != tf[2]),
+            exponent: extras.get(&(index, "Ns")).copied(),
+            ambient: extras.get(&(index, "Ka")).copied(),
+            dissolve: material.dissolve.map(|value| Placed { value, at: place("d") }),
+            transparency: numbers(material, "Tr").map(|[value]| Placed { value, at: place("Tr") }),
+            filter: numbers(material, "Tf").map(|value| Placed { value, at: place("Tf") }),
             texture: textures.get(&index).cloned(),
+            cut_out: cut_outs.get(&index).cloned(),
+            by_blender,
         }
     };
     Ok(materials.iter().enumerate().filter(|(index, _)| *index < names.len()).map(of_one).collect())
@@ -107,16 +117,10 @@ fn file_name(line: &[u8]) -> &[u8] {
     rest
 }
 
-/// `Tf`, the filter's transmission.
-fn filter(material: &tobj::Material) -> Option<Vec<f64>> {
-    let numbers: Vec<f64> = material.unknown_param.get("Tf")?.split(' ').filter_map(|word| word.parse().ok()).collect();
-    (numbers.len() == 3).then_some(numbers)
-}
-
-fn lets_light_through(material: &tobj::Material) -> bool {
-    let transparency = material.unknown_param.get("Tr").and_then(|tr| tr.parse::<f64>().ok());
-    let filter_opens = filter(material).is_some_and(|tf| tf.iter().any(|&part| part > 0.0));
-    material.dissolve.is_some_and(|d| d < 1.0) || transparency.is_some_and(|tr| tr > 0.0) || filter_opens
+/// The numbers of a parameter that `tobj` knows nothing of.
+fn numbers<const N: usize>(material: &tobj::Material, key: &str) -> Option<[f64; N]> {
+    let numbers: Vec<f64> = material.unknown_param.get(key)?.split(' ').filter_map(|word| word.parse().ok()).collect();
+    numbers.try_into().ok()
 }
 
 /// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't asked for.
@@ -132,6 +136,11 @@ struct Tidy<'a> {
     places: HashMap<(usize, &'static str), Location>,
     /// Their textures.
     textures: HashMap<usize, Placed<String>>,
+    /// Their textures of opacity.
+    cut_outs: HashMap<usize, Placed<String>>,
+    /// First numbers of parameters that only serve to tell what others mean: one that is none is passed over.
+    extras: HashMap<(usize, &'static str), f64>,
+    by_blender: bool,
 }
 
 impl Tidy<'_> {
@@ -144,10 +153,21 @@ impl Tidy<'_> {
             self.names.push(Placed { value: text(rest), at: Location::line(self.path, number) });
             return true;
         }
-        let Some(material) = self.names.len().checked_sub(1) else { return true };
-        if key == b"map_Kd" {
+        let Some(material) = self.names.len().checked_sub(1) else {
+            self.by_blender |= line.starts_with(b"# Blender");
+            return true;
+        };
+        if key == b"map_Kd" || key == b"map_d" {
             let texture = Placed { value: text(file_name(rest)), at: Location::line(self.path, number) };
-            self.textures.insert(material, texture);
+            let textures = if key == b"map_d" { &mut self.cut_outs } else { &mut self.textures };
+            textures.insert(material, texture);
+            return true;
+        }
+        if let Some(extra) = ["Ns", "Ka"].into_iter().find(|extra| extra.as_bytes() == key) {
+            let number = words(rest).next().and_then(|word| str::from_utf8(word).ok()?.parse().ok());
+            if let Some(number) = number.filter(|number: &f64| number.is_finite()) {
+                self.extras.insert((material, extra), number);
+            }
             return true;
         }
         const KEYS: [&str; 8] = ["Kd", "Ks", "Ke", "Tf", "Ni", "d", "Tr", "illum"];

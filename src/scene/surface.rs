@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
-use super::fields::{Placed, quoted, toml_key};
+use super::dialect::{self, Told, section as section_of};
+use super::fields::{Placed, quoted};
 use super::file::MaterialSection;
+use super::glazing::Glazing;
+use super::inventory::{Origin, Source};
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
 use crate::error::{InputError, Location};
@@ -13,6 +16,10 @@ pub(crate) struct Surface {
     pub(crate) material: Material,
     /// cd/m² of each channel, where any is above 0.
     pub(crate) luminance: Option<[f64; 3]>,
+    /// What it is where the mesh has sheets of it and no closed body: only glass of an MTL file has it.
+    pub(crate) as_sheet: Option<Arc<Glazing>>,
+    /// Who says so, and what was made of it.
+    pub(crate) origin: Origin,
 }
 
 /// The texture that colours material `name`, if the scene file doesn't say what the material reflects.
@@ -23,15 +30,15 @@ pub(crate) fn texture<'a>(
     let told = section.is_some_and(|section| {
         section.reflectance.is_some() || section.dielectric.is_some() || section.glazing.is_some()
     });
-    let glass = |mtl: &MtlMaterial| mtl.is_glass() && says_nothing(section);
-    mtl.filter(|mtl| !(told || glass(mtl)))?.texture.as_ref()
+    let clear = |mtl| says_nothing(section) && matches!(dialect::clear(mtl, &mut Told::default()), Ok(Some(_)));
+    mtl.filter(|mtl| !(told || clear(mtl)))?.texture.as_ref()
 }
 
 /// Whether the scene file leaves it to the MTL what becomes of light.
 fn says_nothing(section: Option<&MaterialSection>) -> bool {
     section.is_none_or(|section| {
         let told = [&section.reflectance, &section.specular, &section.transmittance];
-        told.iter().all(|share| share.is_none()) && section.glazing.is_none()
+        told.iter().all(|share| share.is_none()) && section.glazing.is_none() && section.dielectric.is_none()
     })
 }
 
@@ -45,75 +52,147 @@ pub(crate) fn resolve(
     warnings: &mut Vec<String>,
 ) -> Result<Option<Surface>, InputError> {
     let luminance = mtl.map(|mtl| luminance(name, mtl)).transpose()?.flatten();
-    let black = Material::black(name);
-    if let Some(pane) = section.and_then(|section| section.glazing.clone()) {
-        return Ok(Some(Surface { material: Material { glazing: Some(Arc::new(pane)), ..black }, luminance }));
-    }
-    let glass = match (section, mtl) {
-        (Some(MaterialSection { dielectric: Some(glass), .. }), _) => Some(*glass),
-        (section, Some(mtl)) if says_nothing(section) => glass(name, mtl, warnings)?,
-        _ => None,
-    };
+    let mut told = Told::default();
     let roughness = section.and_then(|section| section.roughness.as_ref()).filter(|roughness| roughness.value > 0.0);
-    let mut no_mirror = |why: &str| {
-        let left_out = |r: &Placed<f64>| format!("{}: roughness of material {} left out; {why}", r.at, quoted(name));
-        warnings.extend(roughness.map(left_out));
+    let made = match clear(name, section, mtl, &mut told)? {
+        Some(made) => Some(made),
+        None => opaque(name, section, mtl, texture, &mut told)?,
     };
-    if glass.is_some() {
-        no_mirror("it is smooth glass");
-        return Ok(Some(Surface { material: Material { dielectric: glass, ..black }, luminance }));
+    warnings.append(&mut told.warnings);
+    let Some(Made { material, as_sheet, source }) = made else { return Ok(None) };
+    if let Some(placed) = roughness.filter(|_| !material.mirrors()) {
+        let why = if material.is_clear() { "it is smooth glass" } else { "it mirrors nothing" };
+        warnings.push(format!("{}: roughness of material {} left out; {why}", placed.at, quoted(name)));
     }
+    if luminance.is_some() && (material.mirrors() || material.is_clear()) {
+        let does = if material.mirrors() { "mirrors" } else { "lets light pass" };
+        warnings.push(format!("material {} both shines and {does}", quoted(name)));
+    }
+    Ok(Some(Surface { material, luminance, as_sheet, origin: Origin { source, notes: told.notes } }))
+}
 
-    let told = |part: fn(&MaterialSection) -> &Option<Placed<[f64; 3]>>| part(section?).as_ref().map(Part::told);
-    let (mirror, sheet) = (told(|section| &section.specular), told(|section| &section.transmittance));
-    let diffuse = match told(|section| &section.reflectance) {
+/// What becomes of light at a material, and who says so.
+struct Made {
+    material: Material,
+    as_sheet: Option<Arc<Glazing>>,
+    source: Source,
+}
+
+/// Glass or glazing, if the material is that.
+fn clear(
+    name: &str,
+    section: Option<&MaterialSection>,
+    mtl: Option<&MtlMaterial>,
+    told: &mut Told,
+) -> Result<Option<Made>, InputError> {
+    let black = Material::black(name);
+    if let Some(section) = section.filter(|section| section.dielectric.is_some() || section.glazing.is_some()) {
+        let glazing = section.glazing.clone().map(Arc::new);
+        let material = Material { dielectric: section.dielectric, glazing, ..black };
+        return Ok(Some(Made { material, as_sheet: None, source: Source::Scene }));
+    }
+    let Some(mtl) = mtl.filter(|_| says_nothing(section)) else { return Ok(None) };
+    let Some(clear) = dialect::clear(mtl, told)? else { return Ok(None) };
+    let pane = Some(Arc::new(Glazing::clear(clear.transmittance)));
+    let (material, as_sheet) = match clear.ior {
+        Some(ior) => (Material { dielectric: Some(Dielectric { ior, absorption: [0.0; 3] }), ..black }, pane),
+        None => (Material { glazing: pane, ..black }, None),
+    };
+    Ok(Some(Made { material, as_sheet, source: Source::Mtl }))
+}
+
+/// A surface that light doesn't pass straight; `None` if nothing is said of it.
+fn opaque(
+    name: &str,
+    section: Option<&MaterialSection>,
+    mtl: Option<&MtlMaterial>,
+    texture: Option<[f64; 3]>,
+    told: &mut Told,
+) -> Result<Option<Made>, InputError> {
+    let word = |part: fn(&MaterialSection) -> &Option<Placed<[f64; 3]>>| part(section?).as_ref().map(Part::told);
+    let (mirror, sheet) = (word(|section| &section.specular), word(|section| &section.transmittance));
+    let diffuse = match word(|section| &section.reflectance) {
         Some(reflectance) => Some(reflectance),
-        None => {
-            let kd = mtl.and_then(|mtl| mtl.diffuse.as_ref());
-            let kd = kd.map(|kd| Part::of_mtl(name, "Kd", "reflectance", kd)).transpose()?;
-            match (kd, mtl.and_then(|mtl| mtl.texture.as_ref()).zip(texture)) {
-                (Some(kd), Some((_, colour))) => Some(kd.times(colour)),
-                // Without Kd the texture counts as it is.
-                (None, Some((at, colour))) => Some(Part { value: colour, at: at.at.clone(), told: false }),
-                (kd, None) => kd,
-            }
-        }
+        None => mtl.map(|mtl| kd(name, mtl, texture)).transpose()?.flatten(),
     };
     // A section that speaks of a mirror or a sheet and of nothing else means that and nothing else.
     let nothing_else = || mirror.as_ref().or(sheet.as_ref()).map(|part| Part { value: [0.0; 3], ..part.clone() });
-    let Some(diffuse) = diffuse.or_else(nothing_else) else { return Ok(None) };
-    let mirror = match mirror {
-        Some(mirror) => Some(mirror),
-        None => {
-            let mirrors = mtl.filter(|mtl| matches!(mtl.illumination, Some(3 | 5)));
-            let ks = mirrors.and_then(|mtl| mtl.specular.as_ref());
-            ks.map(|ks| Part::of_mtl(name, "Ks", "specular", ks)).transpose()?
-        }
+    let Some(mut diffuse) = diffuse.or_else(nothing_else) else { return Ok(None) };
+    let mirror = match (mirror, mtl) {
+        (None, Some(mtl)) => mtl_mirror(mtl, &mut diffuse, sheet.as_ref(), told)?,
+        (mirror, _) => mirror,
     };
     let share = |part: &Option<Part>| part.as_ref().map_or([0.0; 3], |part| part.value);
     let (reflectance, specular, transmittance) = (diffuse.value, share(&mirror), share(&sheet));
     let sums = [0, 1, 2].map(|channel| reflectance[channel] + specular[channel] + transmittance[channel]);
+    let words = [Some(&diffuse), mirror.as_ref(), sheet.as_ref()];
+    let source = Source::of(words.map(|part| part.map(|part| part.told)));
+    let of_ns = mtl.filter(|_| mirror.as_ref().is_some_and(|mirror| !mirror.told)).map(dialect::roughness);
     if let Some(&sum) = sums.iter().find(|&&sum| sum > 1.0 + 1e-9) {
         let sheets = if sheet.is_some() { " + transmittance" } else { "" };
         let found = format!("reflectance + specular{sheets} = {sum} in material {}", quoted(name));
         let at = Part::to_blame([Some(diffuse), mirror, sheet]);
         return Err(InputError::new(at, found, "at most 1 in each channel"));
     }
-    if specular == [0.0; 3] {
-        no_mirror("it mirrors nothing");
-    }
-    if luminance.is_some() && specular != [0.0; 3] {
-        warnings.push(format!("material {} both shines and mirrors", quoted(name)));
-    }
+    let roughness = section.and_then(|section| section.roughness.as_ref()).map(|roughness| roughness.value).or(of_ns);
     let material = Material {
         reflectance,
         specular,
-        roughness: roughness.map_or(0.0, |roughness| roughness.value),
+        roughness: roughness.filter(|_| specular != [0.0; 3]).unwrap_or(0.0),
         transmittance,
         sides: section.map_or(Sides::Two, |section| section.sides),
-        ..black
+        ..Material::black(name)
     };
-    Ok(Some(Surface { material, luminance }))
+    Ok(Some(Made { material, as_sheet: None, source }))
+}
+
+/// `Kd`, times the colour of a texture; without `Kd` that counts as it is.
+fn kd(name: &str, mtl: &MtlMaterial, texture: Option<[f64; 3]>) -> Result<Option<Part>, InputError> {
+    let kd = mtl.diffuse.as_ref().map(|kd| Part::of_mtl(name, "Kd", "reflectance", kd)).transpose()?;
+    Ok(match (kd, mtl.texture.as_ref().zip(texture)) {
+        (Some(kd), Some((_, colour))) => Some(kd.times(colour)),
+        (None, Some((at, colour))) => Some(Part { value: colour, at: at.at.clone(), told: false }),
+        (kd, None) => kd,
+    })
+}
+
+/// What an MTL file's word makes a mirror of: `Ks`, or `diffuse` where it is a metal.
+fn mtl_mirror(
+    mtl: &MtlMaterial,
+    diffuse: &mut Part,
+    sheet: Option<&Part>,
+    told: &mut Told,
+) -> Result<Option<Part>, InputError> {
+    if let Some(metal) = dialect::metal(mtl).filter(|_| !diffuse.told) {
+        told.notes.push(format!("a metal of Blender's: {metal} of Kd mirrors, as rough as Ns; Ks left out"));
+        let mirror = diffuse.clone().times([metal; 3]);
+        diffuse.value = diffuse.value.map(|share| share * (1.0 - metal));
+        return Ok(Some(mirror));
+    }
+    let Some(ks) = mtl.specular.as_ref().filter(|_| dialect::mirrors(mtl)) else { return Ok(None) };
+    let mirror = Part::of_mtl(&mtl.name, "Ks", "specular", ks)?;
+    let most = (0..3).map(|c| diffuse.value[c] + mirror.value[c] + sheet.map_or(0.0, |sheet| sheet.value[c]));
+    let most = most.fold(0.0, f64::max);
+    if most <= 1.0 + 1e-9 {
+        if mirror.value != [0.0; 3] {
+            told.notes.push(format!("illum {}: Ks mirrors", mtl.illumination.unwrap_or(0)));
+        }
+        return Ok(Some(mirror));
+    }
+    let diffusely = if diffuse.told { "reflectance" } else { "Kd" };
+    let sum = (1e6 * most).round() / 1e6;
+    let [r, g, b] = diffuse.value.map(|share| (1e4 * share).round() / 1e4);
+    let colour = if r == g && g == b { r.to_string() } else { format!("[{r}, {g}, {b}]") };
+    let alpha = (1e3 * dialect::roughness(mtl)).round() / 1e3;
+    told.warnings.push(format!(
+        "{}: {diffusely} + Ks = {sum} in material {}, more light than arrives: Ks taken for a highlight and left out; for a \
+         metal write reflectance = 0, specular = {colour}, roughness = {alpha} in {}",
+        ks.at,
+        quoted(&mtl.name),
+        section_of(&mtl.name),
+    ));
+    told.notes.push(format!("{diffusely} + Ks = {sum}: Ks left out"));
+    Ok(None)
 }
 
 /// A share of light, and who says so.
@@ -138,7 +217,7 @@ impl Part {
         let [r, g, b] = rgb.value;
         let found = format!("{key} {r} {g} {b} in material {}", quoted(name));
         let error = InputError::new(rgb.at.clone(), found, "numbers from 0 to 1");
-        Err(error.hint(format!("{scene_key} in [material.{}] of the scene file overrides it", toml_key(name))))
+        Err(error.hint(format!("{scene_key} in {} of the scene file overrides it", section_of(name))))
     }
 
     fn times(self, colour: [f64; 3]) -> Self {
@@ -154,34 +233,11 @@ impl Part {
     }
 }
 
-/// Glass, if the MTL says so.
-fn glass(name: &str, mtl: &MtlMaterial, warnings: &mut Vec<String>) -> Result<Option<Dielectric>, InputError> {
-    if !mtl.is_glass() {
-        return Ok(None);
-    }
-    let ior = mtl.ior.as_ref().map_or(1.0, |ior| ior.value);
-    let section = || format!("[material.{}]", toml_key(name));
-    if let Some(placed) = mtl.ior.as_ref().filter(|_| !(1.0..=10.0).contains(&ior)) {
-        let error =
-            InputError::new(placed.at.clone(), format!("Ni {ior} in material {}", quoted(name)), "from 1 to 10");
-        return Err(error.hint(format!("dielectric in {} of the scene file overrides it", section())));
-    }
-    if mtl.ior.is_none() {
-        warnings.push(format!("{}: glass {} without Ni taken for index 1: it bends nothing", mtl.at, quoted(name)));
-    }
-    if mtl.coloured_filter {
-        let name = quoted(name);
-        let cure = format!("its glass is clear; dielectric in {} gives it an absorption per metre", section());
-        warnings.push(format!("{}: Tf of glass {name} left out, since it belongs to no thickness; {cure}", mtl.at));
-    }
-    Ok(Some(Dielectric { ior, absorption: [0.0; 3] }))
-}
-
 /// What is said of a texture that can't be read.
 pub(crate) fn unread(name: &str, texture: &Placed<String>, mtl: &MtlMaterial, why: &str) -> String {
     let (at, file) = (&texture.at, quoted(&texture.value));
     let instead = if mtl.diffuse.is_some() { "its Kd counts; " } else { "" };
-    let cure = format!("reflectance in [material.{}] overrides it", toml_key(name));
+    let cure = format!("reflectance in {} overrides it", section_of(name));
     format!("{at}: map_Kd {file} of material {} left out ({why}); {instead}{cure}", quoted(name))
 }
 
@@ -194,4 +250,35 @@ fn luminance(name: &str, mtl: &MtlMaterial) -> Result<Option<[f64; 3]>, InputErr
     let [r, g, b] = ke.value;
     let found = format!("Ke {r} {g} {b} in material {}", quoted(name));
     Err(InputError::new(ke.at.clone(), found, "numbers from 0 up, cd/m²"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::mtl;
+    use super::*;
+
+    fn resolved(lines: &str) -> Surface {
+        let mtl = mtl::parse(Path::new("a.mtl"), format!("newmtl a\n{lines}\n").as_bytes()).expect("an MTL file");
+        resolve("a", None, Some(&mtl[0]), None, &mut Vec::new()).expect("sound").expect("said")
+    }
+
+    /// Glass of an MTL file is a pane of 1 − d, times Tf, where the mesh has sheets of it: at most 12/13, as n = 1.5 lets pass.
+    #[test]
+    fn glass_knows_what_it_is_as_a_sheet() {
+        for (lines, share) in [
+            ("Ni 1.5\nd 0.3\nillum 9", [0.7; 3]),
+            ("Ni 1.5\nd 0.5\nTf 1 0.5 0.25\nillum 4", [0.5, 0.25, 0.125]),
+            ("Ni 1.5\nillum 7", [12.0 / 13.0; 3]),
+        ] {
+            let surface = resolved(lines);
+            assert!(surface.material.dielectric.is_some() && surface.material.glazing.is_none(), "{lines}");
+            let sheet = surface.as_sheet.expect("a pane");
+            for (found, expected) in sheet.transmittance.iter().zip(share) {
+                assert!((found - expected).abs() < 1e-12, "{lines}: {found}");
+            }
+        }
+        assert!(resolved("Kd 0.5\nd 0.3").as_sheet.is_none(), "a pane already");
+    }
 }

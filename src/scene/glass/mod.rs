@@ -114,14 +114,19 @@ impl Faces<'_> {
 
     /// Number of the surface that is glass number `glass` as a pane.
     fn pane(&mut self, glass: usize, thickness: Option<f64>) -> u32 {
-        let Surface { material, luminance, .. } = &self.surfaces[glass];
+        let Surface { material, luminance, as_sheet, origin } = &self.surfaces[glass];
         let Some(dielectric) = material.dielectric else { return glass as u32 };
-        let glazing = Some(Arc::new(between_faces(dielectric, thickness)));
-        let material = Material { glazing, ..Material::black(material.name.clone()) };
+        let glazing = as_sheet.clone().unwrap_or_else(|| Arc::new(between_faces(dielectric, thickness)));
+        let material = Material { glazing: Some(glazing), ..Material::black(material.name.clone()) };
         let alike = self.surfaces.iter().position(|surface| surface.material == material);
         let number = alike.unwrap_or(self.surfaces.len());
         if alike.is_none() {
-            self.surfaces.push(Surface { material, luminance: *luminance });
+            let mut origin = origin.clone();
+            origin.notes.push(match thickness {
+                Some(thickness) => format!("a slab of {:.1} mm: a pane", 1e3 * thickness),
+                None => "open sheets: panes".to_owned(),
+            });
+            self.surfaces.push(Surface { material, luminance: *luminance, as_sheet: None, origin });
         }
         number as u32
     }
@@ -138,7 +143,9 @@ impl Faces<'_> {
         let pane =
             chosen.iter().map(|&triangle| self.material_of[triangle as usize]).find(|&pane| pane as usize != glass);
         if let (false, Some(pane)) = (solid, pane) {
-            self.surfaces[glass].material = self.surfaces[pane as usize].material.clone();
+            let Surface { material, origin, .. } = &self.surfaces[pane as usize];
+            let (material, origin) = (material.clone(), origin.clone());
+            (self.surfaces[glass].material, self.surfaces[glass].origin) = (material, origin);
         }
     }
 }
