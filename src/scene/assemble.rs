@@ -528,8 +528,9 @@ impl Parts {
         warnings: &mut Vec<String>,
     ) {
         let chosen: Vec<Vec<usize>> = measured.iter().map(|section| mesh.chosen(section)).collect();
-        let PlacedMesh { path, mut vertices, mut triangles, mut material_of, surfaces, left_out, metres_per_unit, .. } =
-            mesh;
+        let PlacedMesh {
+            path, mut vertices, mut triangles, mut material_of, surfaces, left_out, metres_per_unit, ..
+        } = mesh;
         let (centre, file) = (self.centre, path.display().to_string());
         let bounds = Bounds::around_all(&vertices).map_or([DVec3::ZERO; 2], |bounds| [bounds.least, bounds.most]);
         let doubt = unit_in_doubt(&file, (bounds[1] - bounds[0]).to_array(), metres_per_unit);

@@ -203,5 +203,5 @@ fn facing_walls<'a>(
 
 /// Whether no light passes a surface.
 fn is_opaque(material: &Material) -> bool {
-    material.dielectric.is_none() && !material.is_translucent()
+    !material.is_clear() && !material.is_translucent()
 }
