@@ -141,7 +141,7 @@ const SAID: &[(&str, &str)] = &[
     ),
     ("obj/weight-of-nothing.obj", "found \"v 1 1 1 0\", expected v x y z, three finite numbers"),
     ("mtl/blinding.mtl", "found Ke"),
-    ("mtl/glass-of-no-index.mtl", "found Ni 0 in material \"a\""),
+    ("mtl/glass-of-no-index.mtl", ""),
     ("mtl/negative.mtl", "found Kd -0.5 -1"),
     (
         "mtl/no-break-space-for-a-number.mtl",
@@ -152,10 +152,7 @@ const SAID: &[(&str, &str)] = &[
         "found \"Kd 0.5\\u{0} 0.5 0.5\", expected a keyword and finite numbers, as in Kd 0.5 0.5 0.5",
     ),
     ("mtl/numbers-that-are-none.mtl", "found Kd NaN inf inf in material \"a\""),
-    (
-        "mtl/shares-above-1.mtl",
-        "found reflectance + specular = 1.8 in material \"a\", expected at most 1 in each channel",
-    ),
+    ("mtl/shares-above-1.mtl", ""),
     ("mtl/ten-thousand-materials.mtl", "found no reflectance for material \"a\""),
     ("mtl/texture-is-itself.mtl", "found no reflectance for material \"a\""),
     ("mtl/texture-outside.mtl", ""),

@@ -77,7 +77,6 @@ fn what_lets_light_pass_is_a_pane_of_that_transmittance() {
         ("Kd 0.8, Tr 0.5, Tf 1 0.5 0.25", [0.5, 0.25, 0.125]),
         ("Kd 0.8, d 0, Ni 1.5, illum 2", [12.0 / 13.0; 3]),
         ("Kd 0.8, d 0, illum 2", [1.0; 3]),
-        ("d 0.3, Ni 0.5, illum 4", [0.7; 3]),
     ] {
         let (found, warnings) = material("", lines);
         let glazing = found.glazing.as_ref().expect("a pane");
@@ -144,6 +143,11 @@ fn guesses_are_told() {
             "Kd 0.5, d 1, Ni 1.5, illum 7",
             grey(0.5),
             "1: illum 7 and Ni beside d 1 in material \"m\": opaque; dielectric or glazing in [material.m] overrides it",
+        ),
+        (
+            "d 0.3, Ni 0.5, illum 4",
+            pane([0.7; 3]),
+            "1: Ni 0.5 in material \"m\": no glass has that index, so it is a sheet; dielectric in [material.m] overrides it",
         ),
         (
             "Kd 0.5, map_d -s 2 2 leaf.png",
@@ -391,6 +395,7 @@ fn a_face_that_shines_keeps_shining_to_its_front() {
         assert!(triangles.iter().all(|[a, b, c]| (*b - *a).cross(*c - *a).z > 0.0));
         assert!((lamp.flux.0 / (std::f64::consts::PI * 100.0) - 1.0).abs() < 1e-6, "1 m² of 100 cd/m²: {}", lamp.flux);
         assert_eq!(scene.materials[scene.mesh.material_of[0] as usize].name, "lamp / back");
+        assert_eq!(Inventory::of(&scene).materials[0].flux, Some(lamp.flux.0));
     }
 }
 

@@ -86,8 +86,8 @@ fn mesh(check: &MeshCheck) -> String {
     ];
     let found: String = found.into_iter().flatten().map(|found| format!(", {found}")).collect();
     let file = part.file.display();
-    let triangles = count(part.triangles.len() as u64);
-    format!("mesh {file}: {size} m, {triangles} triangles{found}")
+    let triangles = some(part.triangles.len(), "triangle", "triangles").unwrap_or_else(|| "no triangle".to_owned());
+    format!("mesh {file}: {size} m, {triangles}{found}")
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@
 //! | `Kd` + `Ks` > 1 | `Ks` is a highlight, and left out |
 //! | `illum` 3 from Blender | a metal: of `Kd` the share `Ka` is mirrored, `Ns` = 1000 (1 − roughness)², α = roughness² |
 
-use super::fields::{Placed, quoted};
+use super::fields::{Placed, quoted, section};
 use super::mtl::MtlMaterial;
 use crate::error::InputError;
 
@@ -39,12 +39,6 @@ impl Told {
         self.warnings.push(format!("{}: {said} in material {name}: {taken}; {cure} in {section} overrides it", mtl.at));
         self.notes.push(format!("{said}: {taken}"));
     }
-}
-
-/// Head of a material's section in the scene file.
-pub(crate) fn section(name: &str) -> String {
-    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    if bare { format!("[material.{name}]") } else { format!("[material.{}]", quoted(name)) }
 }
 
 /// A material that light passes without being scattered.
@@ -85,6 +79,9 @@ pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Told) -> Result<Option<Clear>,
         let found = format!("Ni {ior} in material {}", quoted(&mtl.name));
         let error = InputError::new(placed.at.clone(), found, "from 1 to 10");
         return Err(error.hint(format!("dielectric in {} of the scene file overrides it", section(&mtl.name))));
+    }
+    if let Some(ior) = mtl.ior.as_ref().map(|ior| ior.value).filter(|ior| *ior < 1.0) {
+        told.guess(mtl, &format!("Ni {ior}"), "no glass has that index, so it is a sheet", "dielectric");
     }
     let most = sayings.ior.map_or(1.0, |ior| {
         let face = ((ior - 1.0) / (ior + 1.0)).powi(2);

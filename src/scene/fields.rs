@@ -457,10 +457,10 @@ pub(crate) fn plain(name: &str) -> String {
     cut(&cut(name).chars().flat_map(escaped).collect::<String>())
 }
 
-/// A name as a key of TOML, in quotes only where it needs them.
-pub(crate) fn toml_key(name: &str) -> String {
+/// Head of a material's section in the scene file: its name in quotes only where it needs them.
+pub(crate) fn section(name: &str) -> String {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    if bare { name.to_owned() } else { quoted(name) }
+    if bare { format!("[material.{name}]") } else { format!("[material.{}]", quoted(name)) }
 }
 
 /// Text in quotes, on one line, cut where it is long.

@@ -299,10 +299,9 @@ mod tests {
             for i in 0..=10_000 {
                 let cosine = f64::from(i) / 10_000.0;
                 let found = curves.at(cosine as f32);
-                for channel in 0..3 {
-                    let expected = glazing.at(channel, cosine);
-                    for way in 0..2 {
-                        let off = f64::from(found[way][channel]) - expected[way];
+                for (way, found) in found.iter().enumerate() {
+                    for (channel, &found) in found.iter().enumerate() {
+                        let off = f64::from(found) - glazing.at(channel, cosine)[way];
                         assert!(off.abs() * cosine < 1e-5 && off.abs() < 1e-3, "{cosine}, {channel}, {way}: {off}");
                     }
                 }

@@ -141,7 +141,7 @@ fn materials(scene: &Scene) -> Vec<MaterialUse> {
         .zip(sums)
         .filter(|(_, (_, triangles))| *triangles > 0)
         .map(|((material, origin), (area, triangles))| MaterialUse {
-            flux: flux.get(material.name.as_str()).copied(),
+            flux: flux.get(front_name(material)).copied(),
             material: material.clone(),
             origin: origin.clone(),
             area,
@@ -150,6 +150,12 @@ fn materials(scene: &Scene) -> Vec<MaterialUse> {
         .collect();
     all.sort_by(|one, other| other.area.total_cmp(&one.area).then_with(|| one.material.name.cmp(&other.material.name)));
     all
+}
+
+/// The name of its front alone: what shines goes by it.
+fn front_name(material: &Material) -> &str {
+    let back = material.back.as_ref().and_then(|back| material.name.strip_suffix(back.name.as_str()));
+    back.and_then(|name| name.strip_suffix(" / ")).unwrap_or(&material.name)
 }
 
 /// What a material does with light, in words, as `luxmap plan` shows it.

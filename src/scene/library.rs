@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::assemble::{OUTSIDE, Reader, Sections};
 use super::fallback::ALL;
-use super::fields::{Placed, closest, listed, quoted, toml_key};
+use super::fields::{Placed, closest, listed, quoted, section};
 use super::file::MaterialSection;
 use super::limits::LARGEST_MTL;
 use super::lines::{text, without_comment};
@@ -288,7 +288,7 @@ pub(super) fn unset(names: &[Placed<String>], library: &Library) -> InputError {
         _ => format!("no reflectance for materials {}", listed(names.iter().map(|name| name.value.as_str()))),
     };
     let expected = "Kd in an MTL file, or a section in the scene file";
-    let mut hint = format!("add [material.{}] with reflectance = 0.5, say", toml_key(&first.value));
+    let mut hint = format!("add {} with reflectance = 0.5, say", section(&first.value));
     hint += "; [material.\"*\"] or --reflectance 0.5 speaks for all that are left";
     if !library.missing.is_empty() {
         hint += &format!("; the MTL file {} is missing", listed(library.missing.iter().map(String::as_str)));

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::dialect::{self, Told, section as section_of};
-use super::fields::{Placed, quoted};
+use super::dialect::{self, Told};
+use super::fields::{Placed, quoted, section as section_of};
 use super::file::MaterialSection;
 use super::glazing::Glazing;
 use super::inventory::{Origin, Source};

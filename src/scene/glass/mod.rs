@@ -8,6 +8,7 @@
 //!   pane: one sheet in the middle that lets through what both faces and the glass between them do. It is displaced light that is
 //!   given up (by at most a third of the thickness up to 60°); direct light behind it becomes exact.
 //! - An **open sheet** is a pane, as thick as window glass where its absorption asks for that.
+//! - Faces that are panes already, by `glazing` or by the MTL, are looked at too: a slab of them is one pane, not two.
 //! - A body with a hole, or one whose faces can't be given one winding, is refused.
 
 mod parts;
@@ -21,7 +22,7 @@ use rayon::prelude::*;
 
 use self::parts::{Kind, Part};
 use super::Material;
-use super::fields::{Placed, quoted, toml_key};
+use super::fields::{Placed, quoted, section};
 use super::glazing::Glazing;
 use super::material::Dielectric;
 use super::surface::Surface;
@@ -47,23 +48,24 @@ pub(crate) fn settle(
     warnings: &mut Vec<String>,
 ) -> Result<usize, InputError> {
     let glasses: Vec<usize> =
-        (0..faces.surfaces.len()).filter(|&number| faces.surfaces[number].material.dielectric.is_some()).collect();
+        (0..faces.surfaces.len()).filter(|&number| faces.surfaces[number].material.is_clear()).collect();
     let mut left_out = 0;
     for number in glasses {
         let of_this = |&triangle: &usize| faces.material_of[triangle] as usize == number;
         let chosen: Vec<u32> =
             (0..faces.triangles.len()).into_par_iter().filter(of_this).map(|triangle| triangle as u32).collect();
         let parts = parts::parts(faces.vertices, faces.triangles, &chosen);
-        if let Some((why, at)) = parts.iter().find_map(Part::refused) {
+        let refracts = faces.surfaces[number].material.dielectric.is_some();
+        if let Some((why, at)) = parts.iter().find_map(Part::refused).filter(|_| refracts) {
             return Err(refusal(&names[number], why, at));
         }
         let mut told = Told::default();
         for part in &parts {
-            told.hear(part);
+            told.hear(part, refracts);
             left_out += faces.make(number, part);
         }
-        let pane = faces.pane_of(number);
-        warnings.extend(told.lines(&path.display().to_string(), &names[number].value, pane.as_deref()));
+        warnings.extend(told.warnings(&path.display().to_string(), &names[number].value, faces.pane_of(number)));
+        faces.note(number, told.notes());
         faces.tidy(number, &chosen);
     }
     Ok(left_out)
@@ -73,7 +75,7 @@ fn refusal(name: &Placed<String>, why: &str, at: DVec3) -> InputError {
     let DVec3 { x, y, z } = at;
     let found = format!("glass {} with {why}, near ({x:.3}, {y:.3}, {z:.3}) m", quoted(&name.value));
     let error = InputError::new(name.at.clone(), found, "closed bodies, or open sheets");
-    error.hint(format!("close it, or write glazing = 0.88 in [material.{}]: thin panes", toml_key(&name.value)))
+    error.hint(format!("close it, or write glazing = 0.88 in {}: thin panes", section(&name.value)))
 }
 
 impl Part {
@@ -121,20 +123,26 @@ impl Faces<'_> {
         let alike = self.surfaces.iter().position(|surface| surface.material == material);
         let number = alike.unwrap_or(self.surfaces.len());
         if alike.is_none() {
-            let mut origin = origin.clone();
-            origin.notes.push(match thickness {
-                Some(thickness) => format!("a slab of {:.1} mm: a pane", 1e3 * thickness),
-                None => "open sheets: panes".to_owned(),
-            });
-            self.surfaces.push(Surface { material, luminance: *luminance, as_sheet: None, origin });
+            let (luminance, origin) = (*luminance, origin.clone());
+            self.surfaces.push(Surface { material, luminance, as_sheet: None, origin });
         }
         number as u32
     }
 
     /// The first pane that was made of a glass.
-    fn pane_of(&self, glass: usize) -> Option<Arc<Glazing>> {
+    fn pane_of(&self, glass: usize) -> Option<&Glazing> {
         let name = &self.surfaces[glass].material.name;
-        self.surfaces.iter().filter(|surface| surface.material.name == *name).find_map(|s| s.material.glazing.clone())
+        let alike = self.surfaces.iter().filter(|surface| surface.material.name == *name);
+        alike.filter_map(|surface| surface.material.glazing.as_deref()).next()
+    }
+
+    /// Adds to what is said of the panes of a glass.
+    fn note(&mut self, glass: usize, notes: Vec<String>) {
+        let name = self.surfaces[glass].material.name.clone();
+        let is_pane = |surface: &&mut Surface| surface.material.name == name && surface.material.glazing.is_some();
+        for surface in self.surfaces.iter_mut().filter(is_pane) {
+            surface.origin.notes.extend(notes.iter().cloned());
+        }
     }
 
     /// Where no solid of a glass is left, what it was is forgotten: the scene has no use for it.
@@ -167,10 +175,10 @@ struct Told {
 }
 
 impl Told {
-    fn hear(&mut self, part: &Part) {
+    fn hear(&mut self, part: &Part, refracts: bool) {
         match part.kind {
-            Kind::Turned => self.turned += 1,
-            Kind::Pane { thickness: None, .. } => self.sheets += 1,
+            Kind::Turned => self.turned += usize::from(refracts),
+            Kind::Pane { thickness: None, .. } => self.sheets += usize::from(refracts),
             Kind::Pane { thickness: Some(thickness), .. } => {
                 self.thinnest = if self.slabs == 0 { thickness } else { self.thinnest.min(thickness) };
                 self.thickest = self.thickest.max(thickness);
@@ -180,11 +188,9 @@ impl Told {
         }
     }
 
-    fn lines(&self, path: &str, name: &str, pane: Option<&Glazing>) -> Vec<String> {
-        let (glass, key) = (quoted(name), toml_key(name));
-        let count = |number: usize, one: &str, more: &str| {
-            if number == 1 { format!("1 {one}") } else { format!("{number} {more}") }
-        };
+    /// What is a guess.
+    fn warnings(&self, path: &str, name: &str, pane: Option<&Glazing>) -> Vec<String> {
+        let (glass, section) = (quoted(name), section(name));
         let passes = pane.map_or_else(String::new, |pane| {
             let [r, g, b] = pane.transmittance;
             if r == g && g == b { format!("{r:.3}") } else { format!("[{r:.3}, {g:.3}, {b:.3}]") }
@@ -197,18 +203,28 @@ impl Told {
         if self.sheets > 0 {
             let sheets = count(self.sheets, "open sheet", "open sheets");
             lines.push(format!(
-                "{path}: {sheets} of glass {glass} bound no solid: taken for thin panes that pass {passes}; \
-                 glazing = … in [material.{key}] tells another share"
-            ));
-        }
-        if self.slabs > 0 {
-            let slabs = count(self.slabs, "thin slab", "thin slabs");
-            let [from, to] = [self.thinnest, self.thickest].map(|metres| format!("{:.1}", 1e3 * metres));
-            let thick = if from == to { from } else { format!("{from} to {to}") };
-            lines.push(format!(
-                "{path}: {slabs} of glass {glass}, {thick} mm thick, taken for panes that pass {passes} straight"
+                "{path}: {sheets} of glass {glass}, no solid: taken for thin panes that pass {passes}; glazing = … in {section} \
+                 tells another share"
             ));
         }
         lines
     }
+
+    /// What the plan says of panes.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.sheets > 0 {
+            notes.push(format!("{}: panes", count(self.sheets, "open sheet", "open sheets")));
+        }
+        if self.slabs > 0 {
+            let [from, to] = [self.thinnest, self.thickest].map(|metres| format!("{:.1}", 1e3 * metres));
+            let thick = if from == to { from } else { format!("{from} to {to}") };
+            notes.push(format!("{} of {thick} mm: panes", count(self.slabs, "slab", "slabs")));
+        }
+        notes
+    }
+}
+
+fn count(number: usize, one: &str, more: &str) -> String {
+    if number == 1 { format!("1 {one}") } else { format!("{number} {more}") }
 }

@@ -434,9 +434,9 @@ mod tests {
     #[test]
     fn sheets_are_panes_one_by_one() {
         let sheet = |z: f64| box_of([0.0, 0.0, z], [2.0, 1.5, z + 1.0])[..2].to_vec();
-        let single = Kind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None };
-        assert_eq!(kinds(&sheet(0.0)), [single.clone()]);
-        assert_eq!(kinds(&turned(sheet(0.0))), [single]);
+        let single = [Kind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None }];
+        assert_eq!(kinds(&sheet(0.0)), single);
+        assert_eq!(kinds(&turned(sheet(0.0))), single);
         // Two panes of insulating glass, drawn with one winding.
         assert_eq!(kinds(&[sheet(0.0), sheet(0.016)].concat()).len(), 2);
         // The same face drawn twice, once for each side, with the other diagonal: one pane.
