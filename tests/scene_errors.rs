@@ -646,8 +646,8 @@ fn warnings() {
     );
     assert_eq!(
         mtl_says("newmtl floor\nNi 1.5\nillum 4\nTf 0.5 0.9 0.5\n"),
-        "loaded: room.mtl:1: glass \"floor\" passes [0.5, 0.9, 0.5] as a sheet; a closed body of it is clear glass of index \
-         1.5, since d and Tf belong to no thickness: dielectric in [material.floor] gives it an absorption per metre"
+        "loaded: room.obj: 1 open sheet of glass \"floor\", no solid: taken for thin panes that pass [0.500, 0.900, 0.500]; \
+         glazing = … in [material.floor] tells another share"
     );
     assert_eq!(
         mtl_says("newmtl floor\nillum 3\nKd 0.7\nKs 0.5\n"),

@@ -77,7 +77,6 @@ fn mesh(check: &MeshCheck) -> String {
         some(check.shared_edges, "edge of three or more triangles", "edges of three or more triangles"),
         some(check.bodies, "closed body", "closed bodies"),
         some(check.inwards, "of them looks inwards", "of them look inwards"),
-        some(check.inside_out, "of those inside out", "of those inside out"),
         some(part.backs, "back of another triangle", "backs of other triangles"),
         some(part.repeated, "repeated triangle left out", "repeated triangles left out"),
         some(part.flat, "triangle without area left out", "triangles without area left out"),

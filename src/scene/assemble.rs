@@ -416,6 +416,7 @@ impl Reader {
             if let (None, Some(fallback)) = (&surface, &mut self.fallback) {
                 let section = fallback.section_of(&name.value, section);
                 surface = surface::resolve(&name.value, Some(&section), mtl, None, &mut self.warnings)?;
+                surface.iter_mut().for_each(|surface| surface.origin.source = Source::Default);
             }
             match surface {
                 Some(surface) => surfaces.push(surface),

@@ -93,18 +93,7 @@ pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Told) -> Result<Option<Clear>,
         (None, Some(_)) => told.note("Ks left out"),
         (None, None) => {}
     }
-    let clear = Clear { transmittance: passed.map(|share| share.min(most)), ior: sayings.ior.filter(|_| refracts) };
-    if let Some(ior) = clear.ior.filter(|_| passed != [1.0; 3]) {
-        let [r, g, b] = clear.transmittance.map(|share| (1e3 * share).round() / 1e3);
-        let sheet = if r == g && g == b { r.to_string() } else { format!("[{r}, {g}, {b}]") };
-        let (name, section) = (quoted(&mtl.name), section(&mtl.name));
-        told.warnings.push(format!(
-            "{}: glass {name} passes {sheet} as a sheet; a closed body of it is clear glass of index {ior}, since d and Tf \
-             belong to no thickness: dielectric in {section} gives it an absorption per metre",
-            mtl.at
-        ));
-    }
-    Ok(Some(clear))
+    Ok(Some(Clear { transmittance: passed.map(|share| share.min(most)), ior: sayings.ior.filter(|_| refracts) }))
 }
 
 /// The share that `d` or `Tr` lets pass. `glass`: whether `illum` and `Ni` say that light is refracted.

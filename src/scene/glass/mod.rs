@@ -64,7 +64,9 @@ pub(crate) fn settle(
             told.hear(part, refracts);
             left_out += faces.make(number, part);
         }
-        warnings.extend(told.warnings(&path.display().to_string(), &names[number].value, faces.pane_of(number)));
+        let (path, name) = (path.display().to_string(), &names[number].value);
+        warnings.extend(told.warnings(&path, name, faces.pane_of(number)));
+        warnings.extend(faces.unfiltered(number).filter(|_| told.solids > 0).map(|ior| told.clear(&path, name, ior)));
         faces.note(number, told.notes());
         faces.tidy(number, &chosen);
     }
@@ -136,6 +138,14 @@ impl Faces<'_> {
         alike.filter_map(|surface| surface.material.glazing.as_deref()).next()
     }
 
+    /// Index of a glass that filters light as a sheet, by its MTL, and not as a body.
+    fn unfiltered(&self, glass: usize) -> Option<f64> {
+        let Surface { material, as_sheet: Some(sheet), .. } = &self.surfaces[glass] else { return None };
+        let ior = material.dielectric?.ior;
+        let clear = Glazing::of_index(ior, [1.0; 3]).transmittance;
+        (0..3).any(|c| sheet.transmittance[c] < clear[c] - 1e-9).then_some(ior)
+    }
+
     /// Adds to what is said of the panes of a glass.
     fn note(&mut self, glass: usize, notes: Vec<String>) {
         let name = self.surfaces[glass].material.name.clone();
@@ -167,6 +177,8 @@ fn between_faces(glass: Dielectric, thickness: Option<f64>) -> Glazing {
 /// How many parts of a glass are what.
 #[derive(Default)]
 struct Told {
+    solids: usize,
+    /// Those of the solids that were inside out.
     turned: usize,
     sheets: usize,
     slabs: usize,
@@ -177,14 +189,18 @@ struct Told {
 impl Told {
     fn hear(&mut self, part: &Part, refracts: bool) {
         match part.kind {
-            Kind::Turned => self.turned += usize::from(refracts),
+            Kind::Turned => {
+                self.solids += 1;
+                self.turned += usize::from(refracts);
+            }
             Kind::Pane { thickness: None, .. } => self.sheets += usize::from(refracts),
             Kind::Pane { thickness: Some(thickness), .. } => {
                 self.thinnest = if self.slabs == 0 { thickness } else { self.thinnest.min(thickness) };
                 self.thickest = self.thickest.max(thickness);
                 self.slabs += 1;
             }
-            Kind::Solid | Kind::Refused(..) => {}
+            Kind::Solid => self.solids += 1,
+            Kind::Refused(..) => {}
         }
     }
 
@@ -208,6 +224,15 @@ impl Told {
             ));
         }
         lines
+    }
+
+    /// That solids of a glass don't filter light as its sheets do.
+    fn clear(&self, path: &str, name: &str, ior: f64) -> String {
+        let (bodies, glass, section) = (count(self.solids, "body", "bodies"), quoted(name), section(name));
+        format!(
+            "{path}: {bodies} of glass {glass} taken for clear glass of index {ior}: d and Tf belong to no thickness; dielectric in \
+             {section} gives it an absorption per metre"
+        )
     }
 
     /// What the plan says of panes.

@@ -26,10 +26,8 @@ pub struct MeshCheck {
     pub shared_edges: usize,
     /// Closed bodies: parts that hang together and have neither open nor shared edges.
     pub bodies: usize,
-    /// Of these, those whose fronts look inwards: rooms, or bodies inside out.
+    /// Of these, those whose fronts look inwards: rooms, cavities, or bodies inside out; glass is turned before.
     pub inwards: usize,
-    /// Of those, the ones of glass alone: they are wrong.
-    pub inside_out: usize,
     /// Triangles a thousand times as long as high.
     pub slivers: usize,
     /// A question about its unit.
@@ -45,7 +43,7 @@ impl MeshCheck {
         let mut pieces = welded.pieces(triangles);
         let (open_edges, shared_edges) = pieces.open(&edges);
         drop(edges);
-        let [bodies, inwards, inside_out] = pieces.bodies(scene, part.triangles.clone(), &welded);
+        let [bodies, inwards] = pieces.bodies(scene, part.triangles.clone(), &welded);
         let is_sliver = |triangle: &&[u32; 3]| {
             let [a, b, c] = triangle.map(|vertex| mesh.place(vertex));
             let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
@@ -57,7 +55,6 @@ impl MeshCheck {
             shared_edges,
             bodies,
             inwards,
-            inside_out,
             slivers: triangles.par_iter().filter(is_sliver).count(),
             unit: unit_in_doubt(&part.file.display().to_string(), part.size().to_array(), part.metres_per_unit),
         }
@@ -173,28 +170,24 @@ impl Pieces {
         (once, often)
     }
 
-    /// Closed bodies; of these, those whose fronts look inwards; of those, the ones of glass alone.
-    fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &Welded) -> [usize; 3] {
+    /// Closed bodies; and of these, those whose fronts look inwards.
+    fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &Welded) -> [usize; 2] {
         let mesh = &*scene.mesh;
         let mut hulls = vec![Hull::default(); self.parent.len()];
-        for (triangle, &material) in mesh.triangles[range.clone()].iter().zip(&mesh.material_of[range]) {
+        for triangle in &mesh.triangles[range] {
             let root = self.root(welded.place(triangle[0]));
             if self.open[root as usize] {
                 continue;
             }
             let about = mesh.place(welded.first + root);
             let [a, b, c] = triangle.map(|vertex| mesh.place(vertex) - about);
-            let (material, hull) = (&scene.materials[material as usize], &mut hulls[root as usize]);
+            let hull = &mut hulls[root as usize];
             let volume = a.dot(b.cross(c));
             hull.volume += volume;
             hull.swept += volume.abs();
-            hull.opaque |= material.dielectric.is_none();
         }
         let bodies = hulls.into_iter().filter(|hull| hull.volume.abs() > 1e-6 * hull.swept);
-        bodies.fold([0; 3], |[all, inwards, wrong], hull| {
-            let inside_out = hull.volume < 0.0;
-            [all + 1, inwards + usize::from(inside_out), wrong + usize::from(inside_out && !hull.opaque)]
-        })
+        bodies.fold([0; 2], |[all, inwards], hull| [all + 1, inwards + usize::from(hull.volume < 0.0)])
     }
 }
 
@@ -205,8 +198,6 @@ struct Hull {
     volume: f64,
     /// The same of its parts without their signs.
     swept: f64,
-    /// Whether any of it is no glass.
-    opaque: bool,
 }
 
 impl Mesh {
