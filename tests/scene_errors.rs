@@ -73,6 +73,11 @@ fn mtl_says(mtl: &str) -> String {
     says_of(&format!("{MESH}{LAMP}{SENSOR}"), OBJ, mtl)
 }
 
+/// What a sound scene says once its material has these lines (from line 12 on).
+fn material_says(lines: &str) -> String {
+    says(&format!("{MESH}{LAMP}{SENSOR}[material.floor]\n{lines}\n"))
+}
+
 #[test]
 fn a_sound_scene_loads_without_a_word() {
     assert_eq!(says(&format!("{MESH}{LAMP}{SENSOR}")), "loaded: ");
@@ -326,7 +331,6 @@ fn names_given_twice() {
 
 #[test]
 fn materials_that_can_t_be() {
-    let material_says = |lines: &str| says(&format!("{MESH}{LAMP}{SENSOR}[material.floor]\n{lines}\n"));
     assert_eq!(
         material_says("reflectance = 1.2"),
         "scene.toml:12: found reflectance = 1.2 in [material.floor], expected a number from 0 to 1, or three as [r, g, b]; \
@@ -404,6 +408,44 @@ fn materials_that_can_t_be() {
         "scene.toml:13: found dielectric = a table in [material.floor], expected no other key beside it; what glass \
          reflects follows from its ior"
     );
+}
+
+#[test]
+fn panes_that_cannot_be() {
+    let form = "a number from 0 to 1, three as [r, g, b], or { transmittance = 0.88 } with reflectance and curve; a clear pane: \
+                about 0.88";
+    for (line, found) in [("1.2", "1.2"), ("\"clear\"", "\"clear\""), ("[0.5, 0.5]", "[0.5, 0.5]")] {
+        let said = format!("scene.toml:12: found glazing = {found} in [material.floor], expected {form}");
+        assert_eq!(material_says(&format!("glazing = {line}")), said);
+    }
+    assert_eq!(
+        material_says("glazing = { reflectance = 0.2 }"),
+        "scene.toml:12: found glazing of [material.floor] without transmittance, expected transmittance = 0.88, that at normal \
+         incidence"
+    );
+    assert_eq!(
+        material_says("glazing = { transmittance = 0.9, reflectance = 0.2 }"),
+        "scene.toml:12: found transmittance + reflectance = 1.1 in [material.floor], expected at most 1 in each channel"
+    );
+    assert_eq!(
+        material_says("glazing = 0.8\nreflectance = 0.1"),
+        "scene.toml:12: found glazing = 0.8 in [material.floor], expected no other key beside it; a pane has its own: glazing = \
+         { transmittance = 0.7, reflectance = 0.2 }"
+    );
+    for curve in
+        ["[[10, 0.8]]", "[[0, 0]]", "[[0, 0.5], [95, 0]]", "[[0, 0.5], [0, 0.4]]", "[[0, 1.5]]", "3", "\"dark\""]
+    {
+        let said = format!(
+            "scene.toml:12: found curve = {curve} in glazing of [material.floor], expected \"clear\", \"cie171\", or [angle, \
+             transmittance] pairs with angles from 0 up to 90, as in [[0, 0.8], [60, 0.65], [90, 0]]"
+        );
+        assert_eq!(material_says(&format!("glazing = {{ transmittance = 0.5, curve = {curve} }}")), said);
+    }
+    for sound in
+        ["0.88", "[0.8, 0.5, 0]", "{ curve = \"cie171\" }", "{ curve = [[0, 0.8], [60, 0.6]], reflectance = 0.2 }"]
+    {
+        assert_eq!(material_says(&format!("glazing = {sound}")), "loaded: ", "{sound}");
+    }
 }
 
 #[test]
@@ -660,7 +702,8 @@ fn warnings() {
             OBJ,
             "newmtl floor\nNi 1.5\nillum 7\n"
         ),
-        "loaded: scene.toml:12: roughness of material \"floor\" left out; it is smooth glass"
+        "loaded: scene.toml:12: roughness of material \"floor\" left out; it is smooth glass | room.obj: 1 open sheet of glass \
+         \"floor\", no solid: taken for thin panes that pass 0.923; glazing = … in [material.floor] tells another share"
     );
     assert_eq!(
         mtl_says("newmtl floor\nKd 0.2\nKs 0.3\nKe 500\nillum 3\n"),

@@ -289,8 +289,11 @@ fn curve(pane: &Fields) -> Result<Curve, InputError> {
     const FORM: &str = "\"clear\", \"cie171\", or [angle, transmittance] pairs with angles from 0 up to 90, as in \
                         [[0, 0.8], [60, 0.65], [90, 0]]";
     if pane.is_text("curve") {
-        let word = pane.word("curve", &["clear", "cie171"])?;
-        return Ok(if word.is_some_and(|word| word.value == "cie171") { Curve::Cie171 } else { Curve::Clear });
+        return match pane.text("curve")?.as_ref().map(|word| word.value.as_str()) {
+            Some("clear") => Ok(Curve::Clear),
+            Some("cie171") => Ok(Curve::Cie171),
+            _ => Err(pane.refusal("curve", FORM)),
+        };
     }
     if !pane.has("curve") {
         return Ok(Curve::Clear);
