@@ -1,5 +1,5 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
-.PHONY: setup build demo test test-mpi test-live bench check check-exr check-blender clean
+.PHONY: setup build demo test test-mpi test-live bench honesty check check-exr check-blender clean
 
 # Embree 4 and libclang; does nothing once they are there.
 setup:
@@ -39,7 +39,11 @@ check: build
 	target/release/luxmap check -o STABILITY.md
 
 bench: setup
-	cargo bench
+	cargo bench --bench stages --bench loading --bench large --bench trees
+
+# Are the standard errors true? 200 seeds of five rooms, some 20 minutes on two cores; writes docs/HONESTY.md.
+honesty: setup
+	cargo bench --bench honesty
 
 # Reads the EXR files of the demo and of two cameras, one in colour, with OpenEXR's own library, from PyPI.
 check-exr: demo out/box-view/view.exr

@@ -70,6 +70,12 @@ fn times(folder: &Path) -> BTreeMap<String, SystemTime> {
     found
 }
 
+/// When the newest checkpoint of a batch at work was written; files may come and go meanwhile.
+fn newest_checkpoint(folder: &Path) -> Option<SystemTime> {
+    let runs = fs::read_dir(folder).ok()?.filter_map(Result::ok);
+    runs.filter_map(|run| run.path().join("checkpoint").metadata().and_then(|data| data.modified()).ok()).max()
+}
+
 const RUN: [&str; 5] = ["batch", "batch.toml", "-o", "out", "-q"];
 
 fn batch(folder: &Folder) -> Output {
@@ -194,22 +200,32 @@ fn next(random: &mut u64) -> u64 {
     *random
 }
 
-/// The promise of the command: killed at any moment, it goes on to the same bits, and no file is torn.
+/// The promise of the command: killed at any moment, it goes on to the same bits, and no file is torn. Each kill is proved to
+/// have hit a run at work: a checkpoint was written since it was started, and it ended by the signal.
+#[cfg(unix)]
 #[test]
 fn kill_9_changes_no_bit() {
+    use std::os::unix::process::ExitStatusExt as _;
     let folder = rooms("killed");
     let more = "[[run]]\nscene = \"rooms/*.toml\"\nmethod = [\"gather\", \"photons\"]\n";
-    folder.write("batch.toml", &format!("{}{more}", COARSE.replace("passes = 2", "passes = 6")));
-    let started = Instant::now();
+    folder.write("batch.toml", &format!("{}{more}", COARSE.replace("passes = 2", "passes = 24")));
     folder.succeed(&["batch", "batch.toml", "-o", "whole", "-q"]);
-    let whole = started.elapsed().as_millis() as u64;
     let mut random = 20_250_607;
-    for _ in 0..6 {
+    let newest = || newest_checkpoint(&folder.path("out"));
+    fs::create_dir_all(folder.path("out")).expect("room for a folder");
+    for kill in 0..6 {
+        let before = newest();
         let mut child =
             folder.command(&RUN).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("luxmap starts");
-        sleep(Duration::from_millis(next(&mut random) % (whole / 3).max(1)));
+        let started = Instant::now();
+        while newest().is_none() || newest() == before {
+            assert!(started.elapsed() < Duration::from_secs(60), "kill {kill}: no pass is kept");
+            assert!(child.try_wait().expect("it is ours").is_none(), "kill {kill} comes too late: the work is done");
+            sleep(Duration::from_millis(1));
+        }
+        sleep(Duration::from_millis(next(&mut random) % 20));
         child.kill().expect("it is ours");
-        child.wait().expect("it ends");
+        assert_eq!(child.wait().expect("it ends").signal(), Some(9), "kill {kill} comes too late: the work is done");
     }
     let output = batch(&folder);
     assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{}", stdout(&output));

@@ -15,5 +15,6 @@ pub mod receiver;
 pub mod sight;
 pub mod smooth;
 pub mod surroundings;
+pub mod witness;
 
 pub use receiver::Receiver;

@@ -4,7 +4,9 @@
 //! and no photon lost. Final gathering asks for nothing finer, since a point receives the mean over what it sees. Three
 //! kinds of hits get no answer, and their rays go on instead (see `sight.rs`): those nearer than a patch can resolve,
 //! those on triangles smaller than a patch (finely tessellated furniture: too few photons each), and those on patches
-//! that something stands on or pierces, whose open area nobody knows.
+//! that something stands on or pierces, whose open area nobody knows. A fourth kind is bright
+//! patches of which something hides a part from some points, as a shelf does with the ceiling over a cove: those points see
+//! what is not as bright as the patch's mean. Photons sent ahead tell which are bright.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -12,7 +14,8 @@ use glam::Vec3;
 
 use crate::embree::{Hit, RayCaster};
 use crate::luminaire::LightGroups;
-use crate::photon::flux::Flux;
+use crate::photon::flux::{Flux, photometric};
+use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, Recorder};
 use crate::scene::{Mesh, Near};
 
@@ -23,6 +26,10 @@ const SMALLEST: f32 = 0.25;
 /// Lines over a patch along each of its sides, and probes down on it along each, that look for things standing there.
 const LINES: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 const PROBES: [f32; 3] = [1.0 / 12.0, 0.5, 11.0 / 12.0];
+/// From this multiple of the mean illuminance on, it matters which part of a patch a point sees.
+const BRIGHT: f64 = 2.5;
+/// Directions in which several points of a patch look for what hides one and not another.
+const WAYS: usize = 16;
 /// More patches than this are not made: they become larger instead.
 const MOST_PATCHES: f64 = 2e6;
 
@@ -42,6 +49,8 @@ pub struct PatchGrid {
     near: f32,
     /// Height over the surface at which things standing on it are looked for, m.
     height: f32,
+    /// Whether each patch is bright; empty where nobody asked.
+    bright: Vec<bool>,
 }
 
 /// States of a patch.
@@ -141,6 +150,7 @@ impl PatchGrid {
             state: Vec::new(),
             near: NEAR * size,
             height,
+            bright: Vec::new(),
         };
         for (triangle, &material) in mesh.triangles.iter().zip(&mesh.material_of) {
             let corners = corners(triangle);
@@ -207,8 +217,47 @@ impl PatchGrid {
                     .is_none_or(|below| below.triangle != hit.triangle)
         };
         let standing = (0..2).any(|axis| LINES.iter().any(|&line| crossed(axis, line)));
-        let lying = PROBES.iter().any(|&a| PROBES.iter().any(|&b| covered([a, b])));
-        if standing || lying { CROWDED } else { CLEAR }
+        let lying = || PROBES.iter().any(|&a| PROBES.iter().any(|&b| covered([a, b])));
+        let hidden = || self.bright.get(patch) == Some(&true) && self.is_seen_in_part(cut, [low, high], up, caster);
+        if standing || lying() || hidden() { CROWDED } else { CLEAR }
+    }
+
+    /// Whether something stands before a part of a patch only: rays in the same direction from several of its points end at
+    /// very different distances. Cost: [`WAYS`] · 9 rays.
+    fn is_seen_in_part(&self, cut: &CutTriangle, [low, high]: [[f32; 2]; 2], up: Vec3, caster: &RayCaster) -> bool {
+        let points: Vec<Vec3> = LINES
+            .iter()
+            .flat_map(|&a| LINES.iter().map(move |&b| [a, b]))
+            .map(|share| [0, 1].map(|axis| low[axis] + (high[axis] - low[axis]) * share[axis]))
+            .filter(|at| at[0] + at[1] < 0.999)
+            .map(|at| cut.point(at) + up * self.height)
+            .collect();
+        let far = 1e3 * cut.size;
+        (0..WAYS).any(|way| {
+            // Spread over the hemisphere by the cosine, the golden angle apart.
+            let at = [(way as f32 + 0.5) / WAYS as f32, (way as f32 * 0.618_034).fract()];
+            let direction = Stream::cosine_at(up, at);
+            let ends =
+                points.iter().map(|&from| caster.closest_hit(from, direction, far).map_or(far, |hit| hit.distance));
+            let [nearest, farthest] =
+                ends.fold([f32::INFINITY, 0.0], |[low, high]: [f32; 2], end| [low.min(end), high.max(end)]);
+            farthest > 2.0 * nearest && farthest - nearest > NEAR * cut.size
+        })
+    }
+
+    /// Takes note of which patches are bright in the light of photons sent ahead.
+    pub fn note_bright<const C: usize>(&mut self, light: &PatchLight<C>) {
+        let lux: Vec<f64> = light.0.iter().map(|lux| photometric(lux.map(f64::from))).collect();
+        let (mut flux, mut lit) = (0.0, 0.0);
+        for cut in &self.cut {
+            let cells = cut.patches_of_a_side();
+            for patch in (cut.first..cut.first + 2 * cells).filter(|&patch| lux[patch as usize] > 0.0) {
+                let area = cut.area((patch - cut.first) % cells);
+                flux += area * lux[patch as usize];
+                lit += area;
+            }
+        }
+        self.bright = lux.into_iter().map(|lux| lux * lit > BRIGHT * flux).collect();
     }
 
     /// Where a landing photon is recorded.

@@ -46,9 +46,18 @@ pub struct Receiver {
     moved: Vec<(usize, Vec3)>,
     /// Whether each point has a surface within the tolerance.
     on_surface: Vec<bool>,
+    exact: Exact,
     low: [f32; 2],
     high: [f32; 2],
     facing: Facing,
+}
+
+/// Where the points of a receiver are, to double precision and not lifted off any surface.
+enum Exact {
+    /// In a plane with this origin and these axes, m; and how far above it the surface of each lies, if any does, m.
+    Plane { origin: DVec3, axes: [DVec3; 2], heights: Vec<f32> },
+    /// Each by itself, m.
+    Each(Vec<DVec3>),
 }
 
 /// Where the points of a receiver look.
@@ -143,6 +152,7 @@ impl Receiver {
             (caster.step_off(sample.centre().as_vec3(), normal, largest as f32), normal)
         };
         let mut receiver = Self::of_faces(surface.samples.iter().map(face));
+        receiver.exact = Exact::Each(surface.samples.iter().map(Sample::centre).collect());
         receiver.on_surface.fill(true);
         receiver
     }
@@ -165,6 +175,7 @@ impl Receiver {
             tolerance: 0.0,
             moved: Vec::new(),
             on_surface: vec![false; starts.len()],
+            exact: Exact::Each(starts.iter().map(|start| start.as_dvec3()).collect()),
             starts,
             low: [f32::INFINITY; 2],
             high: [f32::NEG_INFINITY; 2],
@@ -181,22 +192,29 @@ impl Receiver {
         margin: f32,
     ) -> Self {
         let (normal, axes) = (u.cross(v).as_vec3(), [u.as_vec3(), v.as_vec3()]);
-        let starts: Vec<(Vec3, Vec3, bool)> = points
+        let starts: Vec<(Vec3, Vec3, Option<f32>)> = points
             .par_iter()
-            .map(|point| {
-                let point = point.as_vec3();
-                let (start, on_surface) = match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance)
-                {
-                    Some(hit) => (hit.leave(normal), true),
-                    None => (point, false),
+            .map(|exact| {
+                let point = exact.as_vec3();
+                let (start, height) = match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance) {
+                    Some(hit) => {
+                        let height = (hit.position.as_dvec3() - *exact).dot(u.cross(v));
+                        // Less is the rounding of the hit.
+                        let matters = height.abs() > f64::from(ROUNDING * hit.position.abs().max_element());
+                        (hit.leave(normal), Some(if matters { height as f32 } else { 0.0 }))
+                    }
+                    None => (point, None),
                 };
-                let moved = off_walls(start, normal, axes, if on_surface { tolerance } else { 0.0 }, caster);
-                (moved, moved - start, on_surface)
+                let moved = off_walls(start, normal, axes, height.map_or(0.0, |_| tolerance), caster);
+                (moved, moved - start, height)
             })
             .collect();
+        let heights: Vec<f32> = starts.iter().map(|(.., height)| height.unwrap_or(0.0)).collect();
+        let is_flat = heights.iter().all(|&height| height == 0.0);
+        let exact = Exact::Plane { origin, axes: [u, v], heights: if is_flat { Vec::new() } else { heights } };
         let off = starts.iter().map(|(_, off, _)| *off).enumerate().filter(|(_, off)| *off != Vec3::ZERO);
         let moved = off.collect();
-        let (starts, on_surface) = starts.into_iter().map(|(start, _, on_surface)| (start, on_surface)).unzip();
+        let (starts, on_surface) = starts.into_iter().map(|(start, _, height)| (start, height.is_some())).unzip();
         let points: Vec<[f32; 2]> =
             points.iter().map(|&p| [(p - origin).dot(u) as f32, (p - origin).dot(v) as f32]).collect();
         let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
@@ -215,10 +233,19 @@ impl Receiver {
             starts,
             moved,
             on_surface,
+            exact,
             low,
             high,
             facing: Facing::Plane,
         }
+    }
+
+    /// Sides of the cells of a grid, m; those of the other side where there is only one cell, 1 where there is one in all.
+    pub fn cell_size(&self, [columns, rows]: [usize; 2]) -> [f32; 2] {
+        let side = |to: usize, axis: usize| (self.points[to][axis] - self.points[0][axis]).abs();
+        let x = (columns > 1).then(|| side(1, 0));
+        let y = (rows > 1).then(|| side(columns, 1));
+        [x.or(y).unwrap_or(1.0), y.or(x).unwrap_or(1.0)]
     }
 
     /// Number of points.
@@ -267,6 +294,18 @@ impl Receiver {
         self.on_surface[point]
     }
 
+    /// Where a point is, m: on its surface, if it has one. Cosines and distances are taken from here.
+    pub fn place(&self, point: usize) -> DVec3 {
+        match &self.exact {
+            Exact::Each(places) => places[point],
+            Exact::Plane { origin, axes: [u, v], heights } => {
+                let [a, b] = self.points[point].map(f64::from);
+                let height = heights.get(point).map_or(0.0, |height| f64::from(*height));
+                *origin + *u * a + *v * b + u.cross(*v) * height + self.moved(point).as_dvec3()
+            }
+        }
+    }
+
     /// Whence rays leave a point towards the measured side, m.
     pub fn start(&self, point: usize) -> Vec3 {
         self.starts[point]
@@ -313,6 +352,9 @@ impl Receiver {
         (inside(0) && inside(1)).then_some(at)
     }
 }
+
+/// Heights below this part of the coordinates are rounding, that of four operations in single precision.
+const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 /// Surfaces that lean more than 60° from a measuring plane are no floor of it, by the cosine.
 const STEEP: f32 = 0.5;
@@ -448,6 +490,8 @@ pub enum Keep {
     Bounced,
     /// Those that came by mirrors and glass only.
     Caustics,
+    /// Those that met a diffuse surface.
+    Diffused,
 }
 
 impl Keep {
@@ -458,6 +502,7 @@ impl Keep {
             Self::All => true,
             Self::Bounced => history != History::Direct,
             Self::Caustics => history == History::Specular,
+            Self::Diffused => history == History::Diffused,
         }
     }
 }

@@ -20,13 +20,19 @@ use crate::photon::flux::photometric;
 use crate::state::Sum;
 use crate::state::tape::Tape;
 
-/// Independent parts of the samples; their scatter is the noise.
-pub const BATCHES: usize = 8;
+/// Independent parts of the samples of a map, whose scatter is the noise: neighbours' scatter is pooled.
+pub const MAP_BATCHES: usize = 8;
+/// Those of points without neighbours, each of which has nothing but its own batches to know its noise by: with 16, what
+/// is within two standard errors is 93.6 % (Student's t) where a known one has 95.4 %.
+pub const POINT_BATCHES: usize = 16;
 
 /// Cells to each side over which noise is pooled, and risk.
 const POOL: usize = 4;
 const RISK_POOL: usize = 10;
 const BIAS_POOL: usize = 16;
+
+/// Points with something within so many cells choose their windows among themselves.
+const BESIDE: usize = 2;
 
 /// A window's bias is judged by one whose variance is at least so many times as large.
 const YARDSTICK: f32 = 3.0;
@@ -59,23 +65,17 @@ enum Degree {
     Quadratic,
 }
 
-impl Degree {
-    /// Squared bias as a share of the variance at the radius h of least risk: where the bias is of order hᵖ and the
-    /// variance of order h⁻², the sum is least at p · bias² = variance, and p is 2 for a plane, 4 for a quadric.
-    fn bias_at_least_risk(self) -> f64 {
-        match self {
-            Self::Linear => 0.5,
-            Self::Quadratic => 0.25,
-        }
-    }
-}
+/// Squared bias of the window chosen, at least, as a share of its variance. At the radius of least risk it is 1/2 for a plane and
+/// 1/4 for a quadric (bias of order h² and h⁴, variance h⁻²); that the risk by which windows are chosen is itself noisy costs
+/// about as much again: with this, claims equal errors (docs/HONESTY.md).
+const BIAS_AT_LEAST_RISK: f64 = 0.75;
 
 /// Samples at each point of a receiver, in batches.
 pub struct Samples<const C: usize> {
-    /// Sum of the samples of each point and batch, lx.
-    sums: Vec<[[Sum; C]; BATCHES]>,
+    /// Sum of the samples of each point and batch, lx: point by point.
+    sums: Vec<[Sum; C]>,
     /// Samples of a point in each batch.
-    counts: [u64; BATCHES],
+    counts: Vec<u64>,
     /// The same by light group, where asked for.
     groups: Option<GroupSamples>,
 }
@@ -91,24 +91,28 @@ struct GroupSamples {
 }
 
 impl<const C: usize> Samples<C> {
-    /// None yet.
-    pub fn new(points: usize) -> Self {
-        Self { sums: vec![[[Sum::ZERO; C]; BATCHES]; points], counts: [0; BATCHES], groups: None }
+    /// None yet, in so many batches. Takes 16 bytes a channel, batch and point.
+    pub fn new(points: usize, batches: usize) -> Self {
+        Self { sums: vec![[Sum::ZERO; C]; points * batches], counts: vec![0; batches], groups: None }
     }
 
     /// None yet, light groups apart: `width` numbers each, for each batch too if their variances are wanted.
-    /// Takes 16 bytes a number and point, times [`BATCHES`] with variances.
-    pub fn in_groups(points: usize, width: usize, variances: bool) -> Self {
-        let rows = if variances { BATCHES } else { 1 };
+    /// Takes 16 bytes a number and point more, times `batches` with variances.
+    pub fn in_groups(points: usize, batches: usize, width: usize, variances: bool) -> Self {
+        let rows = if variances { batches } else { 1 };
         let groups = GroupSamples { width, rows, sums: vec![Sum::ZERO; points * width * rows] };
-        Self { groups: Some(groups), ..Self::new(points) }
+        Self { groups: Some(groups), ..Self::new(points, batches) }
+    }
+
+    fn batches(&self) -> usize {
+        self.counts.len()
     }
 
     /// Adds to each point the sum of `count` samples that `sample` takes there; `round` numbers the rounds.
     pub fn add(&mut self, round: u64, count: u64, sample: impl Fn(usize) -> [f64; C] + Sync) {
-        let batch = (round % BATCHES as u64) as usize;
+        let batch = (round % self.batches() as u64) as usize;
         self.counts[batch] += count;
-        self.sums.par_iter_mut().enumerate().with_min_len(32).for_each(|(point, sums)| {
+        self.sums.par_chunks_mut(self.counts.len()).enumerate().with_min_len(32).for_each(|(point, sums)| {
             let found = sample(point);
             (0..C).for_each(|c| sums[batch][c].add(found[c]));
         });
@@ -116,11 +120,12 @@ impl<const C: usize> Samples<C> {
 
     /// The same with light groups apart: `sample` adds each group's part to a row of sums.
     pub fn add_in_groups(&mut self, round: u64, count: u64, sample: impl Fn(usize, &mut [f64]) -> [f64; C] + Sync) {
-        let batch = (round % BATCHES as u64) as usize;
+        let batches = self.batches();
+        let batch = (round % batches as u64) as usize;
         self.counts[batch] += count;
         let Some(GroupSamples { width, rows, sums: groups }) = &mut self.groups else { return };
         let (width, row) = (*width, batch % *rows);
-        let points = self.sums.par_iter_mut().zip(groups.par_chunks_mut(width * *rows));
+        let points = self.sums.par_chunks_mut(batches).zip(groups.par_chunks_mut(width * *rows));
         let fresh = || vec![0.0; width];
         points.enumerate().with_min_len(32).for_each_init(fresh, |parts, (point, (sums, groups))| {
             parts.fill(0.0);
@@ -134,7 +139,7 @@ impl<const C: usize> Samples<C> {
     /// Hands its sums over.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.counts.iter_mut().try_for_each(|count| tape.count(count))?;
-        tape.sums(self.sums.as_flattened_mut().as_flattened_mut())?;
+        tape.sums(self.sums.as_flattened_mut())?;
         self.groups.iter_mut().try_for_each(|groups| tape.sums(&mut groups.sums))
     }
 
@@ -150,33 +155,38 @@ impl<const C: usize> Samples<C> {
         points.flat_map_iter(|point| (0..*width).map(move |i| mean(point, i))).collect()
     }
 
-    /// Variance of the photometric mean of a light group at a point, from the batches' scatter; 0 where batches are not kept.
+    /// Variance of the photometric mean of a light group at a point, from the batches' scatter and their number; 0 where
+    /// batches are not kept.
     pub fn group_variance(&self, point: usize, group: usize) -> f64 {
-        let Some(GroupSamples { width, rows: BATCHES, sums }) = &self.groups else { return 0.0 };
+        let Some(GroupSamples { width, rows, sums }) = &self.groups else { return 0.0 };
+        if *rows != self.batches() {
+            return 0.0;
+        }
         let batch = |batch: usize| -> [f64; C] {
-            let row = &sums[(point * BATCHES + batch) * width..][..*width];
+            let row = &sums[(point * rows + batch) * width..][..*width];
             std::array::from_fn(|c| row[group * C + c].value())
         };
         let means: Vec<f64> = self.active().map(|b| photometric(batch(b)) / self.counts[b] as f64).collect();
-        let whole: f64 = (0..BATCHES).map(|b| photometric(batch(b))).sum();
+        let whole: f64 = (0..*rows).map(|b| photometric(batch(b))).sum();
         let mean = whole / self.counts.iter().sum::<u64>().max(1) as f64;
         let scatter: f64 = means.iter().map(|found| (found - mean).powi(2)).sum();
-        scatter / (means.len() as f64 * (means.len() as f64 - 1.0)).max(1.0)
+        few(means.len() as f64) * scatter / (means.len() as f64 * (means.len() as f64 - 1.0)).max(1.0)
     }
 
     fn active(&self) -> impl Iterator<Item = usize> {
-        (0..BATCHES).filter(|&batch| self.counts[batch] > 0)
+        (0..self.batches()).filter(|&batch| self.counts[batch] > 0)
     }
 
     /// Mean of a point.
     fn mean(&self, point: usize) -> [f64; C] {
         let count: u64 = self.counts.iter().sum();
-        std::array::from_fn(|c| self.sums[point].iter().map(|sum| sum[c].value()).sum::<f64>() / count.max(1) as f64)
+        let sums = &self.sums[point * self.batches()..][..self.batches()];
+        std::array::from_fn(|c| sums.iter().map(|sum| sum[c].value()).sum::<f64>() / count.max(1) as f64)
     }
 
     /// Photometric mean of a batch.
     fn batch_mean(&self, point: usize, batch: usize) -> f64 {
-        photometric(self.sums[point][batch].map(Sum::value)) / self.counts[batch] as f64
+        photometric(self.sums[point * self.batches() + batch].map(Sum::value)) / self.counts[batch] as f64
     }
 
     /// Variance of the photometric mean, from the batches' scatter.
@@ -192,8 +202,60 @@ impl<const C: usize> Samples<C> {
 
     /// Every point by itself: mean, and variance of the mean.
     pub fn plain(&self) -> Vec<Estimate<C>> {
-        (0..self.sums.len()).map(|point| Estimate { value: self.mean(point), variance: self.variance(point) }).collect()
+        let points = 0..self.sums.len() / self.batches();
+        points.map(|point| Estimate { value: self.mean(point), variance: self.variance(point) }).collect()
     }
+
+    /// The same with the variance of a point that has nothing but its own batches to know it by; see [`few`].
+    pub fn alone(&self) -> Vec<Estimate<C>> {
+        let factor = few(self.active().count() as f64);
+        let mut estimates = self.plain();
+        estimates.iter_mut().for_each(|estimate| estimate.variance *= factor);
+        estimates
+    }
+}
+
+/// What the samples of some points say together.
+pub struct Together {
+    /// Photometric mean, lx.
+    pub mean: f64,
+    /// Its variance, lx².
+    pub variance: f64,
+    /// Number of equal samples that would be as good: (Σ x)²/Σ x² over points and batches; 0 if all are 0.
+    pub equal_samples: f64,
+}
+
+impl<const C: usize> Samples<C> {
+    /// The mean of some points.
+    pub fn together(&self, points: &[usize]) -> Together {
+        let (mut means, mut sum, mut squares) = (Vec::new(), 0.0, 0.0);
+        for batch in self.active() {
+            let mut of_batch = 0.0;
+            for &point in points {
+                let found = self.batch_mean(point, batch);
+                of_batch += found;
+                squares += found * found;
+            }
+            sum += of_batch;
+            means.push(of_batch / points.len().max(1) as f64);
+        }
+        let number = means.len().max(1) as f64;
+        let mean = means.iter().sum::<f64>() / number;
+        let scatter: f64 = means.iter().map(|found| (found - mean).powi(2)).sum();
+        let variance = few(number) * scatter / (number * (number - 1.0)).max(1.0);
+        Together { mean, variance, equal_samples: if squares > 0.0 { sum * sum / squares } else { 0.0 } }
+    }
+}
+
+/// What a variance found from the scatter of a few batches is multiplied by, so that 68.27 % of errors are within its square
+/// root: the square of Student's t for that share, 1 + 1/(2 ν) + 1/(4 ν²) + 1/(16 ν³), with ν = `batches` − 1 degrees of
+/// freedom (Cornish & Fisher 1938; 1 % too low for ν = 1). 1 for fewer than two.
+pub fn few(batches: f64) -> f64 {
+    if batches < 2.0 {
+        return 1.0;
+    }
+    let per = 1.0 / (batches - 1.0);
+    (1.0 + per * (0.5 + per * (0.25 + per * 0.0625))).powi(2)
 }
 
 /// What smoothing needs to know of a grid: its windows, and what stands in the way.
@@ -204,6 +266,8 @@ pub struct Smoother {
     windows: Vec<Window>,
     /// Offsets of the widest window, nearest first.
     offsets: Vec<Offset>,
+    /// Whether something stands within [`BESIDE`] cells of a point.
+    beside: Vec<bool>,
 }
 
 /// One of [`WINDOWS`].
@@ -262,11 +326,12 @@ impl Smoother {
     /// Prepares a grid; `has_value` tells which points do. Cost: two rays a point.
     pub fn new(receiver: &Receiver, [columns, rows]: [usize; 2], has_value: &[bool], caster: &RayCaster) -> Self {
         let gates = Gates::new(receiver, [columns, rows], has_value, caster);
-        let cell = cell_size(receiver, [columns, rows]);
+        let cell = receiver.cell_size([columns, rows]);
         let spacing = cell[0].max(cell[1]);
         let offsets = offsets(cell.map(|side| (side / spacing).max(NARROWEST)));
         let windows = WINDOWS.into_iter().map(|(degree, radius)| Window::new(degree, radius, &offsets)).collect();
-        Self { columns, rows, gates, windows, offsets }
+        let beside = (0..columns * rows).map(|point| !gates.open(point, [BESIDE; 2])).collect();
+        Self { columns, rows, gates, windows, offsets, beside }
     }
 
     /// The estimate at every grid point with its neighbours' help, and its variance, smoothing bias included.
@@ -317,7 +382,7 @@ impl Smoother {
                 }
                 let fit = &fits[point][best[point]];
                 let own = f64::from(fit.squares) * noise[point];
-                let bias = bias[point].max(own * self.windows[best[point]].degree.bias_at_least_risk());
+                let bias = bias[point].max(own * BIAS_AT_LEAST_RISK);
                 let variance = own + bias + common * fit.photometric().powi(2);
                 Estimate { value: fit.value.map(f64::from), variance }
             })
@@ -430,7 +495,7 @@ impl Smoother {
     ) -> f64 {
         let batches: Vec<usize> = samples.active().collect();
         let columns = self.columns.div_ceil(BLOCK);
-        let mut blocks = vec![([0.0_f64; BATCHES], 0.0_f64, 0.0_f64); columns * self.rows.div_ceil(BLOCK)];
+        let mut blocks = vec![([0.0_f64; MAP_BATCHES], 0.0_f64, 0.0_f64); columns * self.rows.div_ceil(BLOCK)];
         for point in (0..raw.len()).filter(|&point| has_value[point]) {
             let block = point / self.columns / BLOCK * columns + point % self.columns / BLOCK;
             let (means, own, count) = &mut blocks[block];
@@ -449,8 +514,21 @@ impl Smoother {
         if level > 0.0 { (excess / level).max(0.0) } else { 0.0 }
     }
 
+    /// Whether a point has a value, and nothing stands between it and its eight neighbours.
+    pub fn is_open(&self, point: usize) -> bool {
+        self.gates.open(point, [1, 1])
+    }
+
+    /// Means over squares of `half` cells to each side, over points of the same kind: those beside something or at the edge,
+    /// where light changes within a cell or two, and the others.
     fn box_means(&self, values: &[f64], has_value: &[bool], half: usize) -> Vec<f64> {
-        box_means(values, has_value, [self.columns, self.rows], half)
+        let size = [self.columns, self.rows];
+        let among = |beside: bool| {
+            let kind: Vec<bool> = has_value.iter().zip(&self.beside).map(|(&has, &at)| has && at == beside).collect();
+            box_means(values, &kind, size, half)
+        };
+        let (open, beside) = (among(false), among(true));
+        open.iter().zip(beside).zip(&self.beside).map(|((open, at), beside)| if *beside { at } else { *open }).collect()
     }
 
     /// What every window says of a point. `reached` is memory to reuse.
@@ -721,14 +799,6 @@ fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Option<[f64; 6]>
         found[row] = (found[row] - known) / lower[row][row];
     }
     Some(found)
-}
-
-/// Sides of a cell, m; 1 where there is only one.
-fn cell_size(receiver: &Receiver, [columns, rows]: [usize; 2]) -> [f32; 2] {
-    let side = |to: usize, axis: usize| (receiver.points[to][axis] - receiver.points[0][axis]).abs();
-    let x = (columns > 1).then(|| side(1, 0));
-    let y = (rows > 1).then(|| side(columns, 1));
-    [x.or(y).unwrap_or(1.0), y.or(x).unwrap_or(1.0)]
 }
 
 #[cfg(test)]

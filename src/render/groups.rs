@@ -11,7 +11,7 @@ use super::{Place, Rendering};
 use crate::error::Error;
 use crate::gather::density::GroupSums;
 use crate::gather::receiver::Receiver;
-use crate::gather::smooth::BATCHES;
+use crate::gather::smooth::POINT_BATCHES;
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::report::{GroupMap, GroupReading};
@@ -114,7 +114,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let of_points = |points: usize, variances: usize| {
             let layout = self.density_rows(groups.width::<C>(), variances);
-            let rows = if variances > 0 { BATCHES } else { 1 };
+            let rows = if variances > 0 { POINT_BATCHES } else { 1 };
             // Direct light, samples, their means, what smoothing makes of them, the map itself; densities.
             let row = groups.width::<C>() * (4 + 16 * rows + 4 + 4 + 4) + 8 * variances + 16 * layout.of_point();
             points as f64 * row as f64

@@ -214,6 +214,7 @@ impl<const C: usize> Place<C> {
         tape.same(self.receiver.len(), "points")?;
         self.samples.iter_mut().try_for_each(|samples| samples.exchange(tape))?;
         self.faint.iter_mut().try_for_each(|faint| faint.samples.exchange(tape))?;
+        self.witness.iter_mut().try_for_each(|witness| witness.exchange(tape))?;
         self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
         // Beside rays, densities are made anew of the photons at hand but for those that are settled.
         let (density, by_group) = match &self.samples {

@@ -27,8 +27,9 @@ use crate::gather::direct::faint::Faint;
 use crate::gather::direct::{Asked, DirectLight, direct_light_for};
 use crate::gather::reach::Reach;
 use crate::gather::receiver::{Crossings, Receiver};
-use crate::gather::smooth::{Samples, Smoother};
+use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother};
 use crate::gather::surroundings::{FAN, Surroundings};
+use crate::gather::witness::{Contradiction, Witness};
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
@@ -287,10 +288,14 @@ struct Place<const C: usize> {
     settled: Vec<Densities<C>>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
+    /// What some photons say of the same, where rays rely on photons' records.
+    witness: Option<Witness>,
     /// Photons counted where neither rays nor crossings tell their light.
     counts: Option<Counts<C>>,
     /// Areas of the points, m²: of a measured surface only.
     areas: Vec<f64>,
+    /// Where rays and photons contradict each other most, if they do.
+    contradiction: Option<Contradiction>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
     /// The same by light group.
@@ -467,11 +472,14 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 faint: None,
                 samples: sampled.then(|| match &self.groups {
                     Some(groups) if told_apart => {
-                        Samples::in_groups(receiver.len(), groups.width::<C>(), receiver.grid.is_none())
+                        let (width, variances) = (groups.width::<C>(), receiver.grid.is_none());
+                        Samples::in_groups(receiver.len(), batches(&receiver), width, variances)
                     }
-                    _ => Samples::new(receiver.len()),
+                    _ => Samples::new(receiver.len(), batches(&receiver)),
                 }),
                 groups: if told_apart { self.place_groups(&receiver) } else { None },
+                witness: None,
+                contradiction: None,
                 counts: None,
                 areas: Vec::new(),
                 density: vec![Densities::default(); if self.plan.counts_photons() { receiver.len() } else { 0 }],
@@ -505,7 +513,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                         let asked = Asked { groups, faint };
                         let (light, faint) = direct_light_for(luminaires, receiver, &blockers, seed, advance, asked);
                         place.faint = (!faint.is_empty()).then(|| FaintLight {
-                            samples: Samples::new(receiver.len()),
+                            samples: Samples::new(receiver.len(), MAP_BATCHES),
                             luminaires: faint,
                             light: Vec::new(),
                         });
@@ -533,7 +541,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             };
             let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
             for place in places {
-                let Place { receiver, has_value, surroundings, smoother, direct, samples, .. } = place;
+                let Place { receiver, has_value, surroundings, smoother, direct, samples, witness, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
                 let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver);
                 *has_value =
@@ -542,14 +550,26 @@ impl<'a, const C: usize> Rendering<'a, C> {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.prepared_rays += (FAN * surroundings.len()) as u64;
                 }
-                if let (Some(grid), Some(_), true) = (receiver.grid, samples, this.settings.smooth) {
+                if let (Some(grid), Some(_), true) = (receiver.grid, &*samples, this.settings.smooth) {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
                     this.prepared_rays += 2 * receiver.len() as u64;
+                }
+                if this.plan.method == Method::Gather && this.plan.photons && samples.is_some() && receiver.is_plane() {
+                    *witness = match (receiver.grid, &*smoother) {
+                        (Some(grid), Some(smoother)) => Some(Witness::of_grid(grid, receiver, smoother, caster)),
+                        (None, _) => Some(Witness::of_points(receiver, 0.5 * radius, caster)),
+                        _ => None,
+                    };
                 }
                 this.progress.advance(1);
             }
         });
     }
+}
+
+/// Batches of the samples of a receiver's points.
+fn batches(receiver: &Receiver) -> usize {
+    if receiver.grid.is_some() { MAP_BATCHES } else { POINT_BATCHES }
 }
 
 /// Purposes of random streams, so that none draws another's numbers.
@@ -560,6 +580,7 @@ const PURPOSE_SIGHT: u64 = 4;
 const PURPOSE_VIEWS: u64 = 5;
 const PURPOSE_FAINT: u64 = 6;
 const PURPOSE_TRIAL: u64 = 7;
+const PURPOSE_BRIGHT: u64 = 8;
 
 /// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
 const MOST_ENDLESS: f64 = 0.02;

@@ -11,8 +11,8 @@ use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    Densities, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
-    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    Densities, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT,
+    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -40,6 +40,10 @@ const ROUNDS: u64 = 4;
 /// Passes whose caustics make one photon map in the end: then their photons are let go, and a run of any length takes bounded
 /// memory.
 const LOT: u64 = 64;
+
+/// Passes at least where an error is asked for and there are points without neighbours (sensors, samples of surfaces), or
+/// nothing but pixels: their claims rest on the scatter of their own batches, and four passes of four rounds make 16.
+const FEWEST_PASSES: u32 = 4;
 
 /// A patch's size as a part of the mean distance that points look: as fine as their mean over a hemisphere needs.
 const PATCH_SHARE: f64 = 1.0 / 10.0;
@@ -169,7 +173,9 @@ impl<const C: usize> Rendering<'_, C> {
         self.progress.pass(done, 100.0 * claim);
         let Some(percent) = self.settings.error else { return true };
         let target = percent / 100.0;
-        if last || claim <= target || !(self.plan.bounces || places.is_empty()) {
+        let alone = self.plan.method.sends_rays() && places.iter().any(|place| place.receiver.grid.is_none());
+        let fewest = if alone || places.is_empty() { FEWEST_PASSES } else { 1 };
+        if last || (claim <= target && done >= fewest) || !(self.plan.bounces || places.is_empty()) {
             return true;
         }
         let floor = worst_of(places, Cell::of_direct);
@@ -184,6 +190,10 @@ impl<const C: usize> Rendering<'_, C> {
         let goal = if places.is_empty() { target } else { IMAGE_ERROR / 100.0 };
         if self.settings.passes.is_none() {
             views.iter_mut().for_each(|view| view.rests |= view.claim() <= goal);
+        }
+        if claim <= target {
+            schedule.next_check = fewest;
+            return false;
         }
         // The error falls as 1/√passes at best: no use in asking earlier. Asking costs as much as a pass or two.
         let passes = f64::from(done);
@@ -225,6 +235,11 @@ impl<const C: usize> Rendering<'_, C> {
                 }
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
+                for (place, crossings) in places.iter_mut().zip(&caught.witnessed) {
+                    if let Some(witness) = &mut place.witness {
+                        witness.add(&place.receiver, &crossings.smooth);
+                    }
+                }
                 crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
                 landings = caught.landings;
                 caustics = caught.caustics;
@@ -314,12 +329,17 @@ impl<const C: usize> Rendering<'_, C> {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
                 let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
-                let others = || (caustics(), count(Keep::Caustics));
+                // One round of each pass is a witness: enough, and the others are spared the trouble.
+                let testifies = round.is_multiple_of(ROUNDS);
+                let witnesses: &[&Receiver] = if testifies { &receivers } else { &[] };
+                let others = || ((caustics(), CrossingRecorder::new(witnesses, Keep::Diffused)), count(Keep::Caustics));
                 let record = || (PatchRecorder::new(grid).with_sources(sources), others());
                 let records = self.record(tracer, round, record, &mut caught);
                 let (patches, others): (_, Vec<_>) = records.into_iter().unzip();
-                let (crossings, met) = others.into_iter().unzip();
+                let (crossings, met): (Vec<_>, Vec<_>) = others.into_iter().unzip();
+                let (crossings, witnessed) = crossings.into_iter().unzip();
                 caught.met = CountRecorder::merge(met);
+                caught.witnessed = if testifies { CrossingRecorder::merge(witnessed) } else { Vec::new() };
                 (caught.patches, caught.crossings) = (patches, CrossingRecorder::merge(crossings));
             }
             (Method::Seed, _) => {
@@ -585,10 +605,13 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let (scales, fixed) =
             (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
+        // Of one photon of a round, lm.
+        let flux = photometric(self.flux.mean(1.0).emitted) / self.photons_emitted.max(1) as f64;
         self.timed("smooth", 1, |_| {
             for place in places {
                 let Place { receiver, has_value, smoother, density, samples, faint, counts, bounced, groups, .. } =
                     place;
+                let (witness, contradiction) = (&place.witness, &mut place.contradiction);
                 let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
                 let listen = groups.is_some();
                 let best = |kind: fn(&Densities<C>) -> &[EstimateSum<C>; SCALES.len()], chosen: &mut Vec<u8>| {
@@ -612,14 +635,19 @@ impl<const C: usize> Rendering<'_, C> {
                 if let Some(samples) = samples {
                     let found = match smoother {
                         Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
-                        None => samples.plain(),
+                        None => samples.alone(),
                     };
                     bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
+                    if let Some(witness) = witness {
+                        let doubt;
+                        (doubt, *contradiction) = witness.doubt(samples, flux);
+                        bounced.iter_mut().zip(doubt).for_each(|(sum, doubt)| sum.variance += doubt);
+                    }
                 }
                 if let Some(FaintLight { samples, light, .. }) = faint {
                     *light = match smoother {
                         Some(smoother) => smoother.smooth(samples, has_value, &mut Vec::new()),
-                        None => samples.plain(),
+                        None => samples.alone(),
                     };
                 }
                 if let Some(groups) = groups {
@@ -742,12 +770,20 @@ impl<'a, const C: usize> Engine<'a, C> {
         });
         let looks = method.sends_rays() || !scene.cameras.is_empty();
         let sight = looks.then(|| Sight::new(scene, caster, method == Method::Path));
-        let grid = (method == Method::Gather && run.plan.photons).then(|| {
+        let mut grid = (method == Method::Gather && run.plan.photons).then(|| {
             let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
             let height = (2e-4 * run.diagonal).min(2e-3);
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
         });
+        if let (Some(grid), Some(tracer)) = (&mut grid, &tracer) {
+            // A fact of the scene, as whether light can arrive somewhere.
+            let seed = Seed(0).branch(PURPOSE_BRIGHT);
+            let (records, _) = tracer.trace(seed, 0, || PatchRecorder::new(grid), |_| ());
+            let light: PatchLight<C> = PatchLight::new(grid, &records);
+            drop(records);
+            grid.note_bright(&light);
+        }
         let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
         let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
         let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
@@ -821,6 +857,8 @@ fn mean_sight<const C: usize>(
 /// What one round's photons left.
 struct Caught<'p, const C: usize> {
     crossings: Vec<Crossings<C>>,
+    /// Diffused light that crossed receivers, of a round that is a witness.
+    witnessed: Vec<Crossings<C>>,
     landings: Photons<C>,
     caustics: Caustics<C>,
     patches: Vec<PatchRecorder<'p, C>>,
@@ -832,6 +870,7 @@ impl<const C: usize> Default for Caught<'_, C> {
     fn default() -> Self {
         Self {
             crossings: Vec::new(),
+            witnessed: Vec::new(),
             landings: Photons::default(),
             caustics: Caustics::default(),
             patches: Vec::new(),

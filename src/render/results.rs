@@ -7,6 +7,7 @@ use crate::embree::RELATIVE_OFFSET;
 use crate::gather::density::Estimate;
 use crate::gather::direct::DirectLight;
 use crate::gather::receiver::MIDDLE_SHARE;
+use crate::gather::witness::Contradiction;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
@@ -40,6 +41,7 @@ impl<const C: usize> Rendering<'_, C> {
                     plane.len(),
                 ));
             }
+            self.warn_of_contradiction(&format!("plane \"{}\"", plane.name), place);
             let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
             let unmet = (0..plane.len()).filter(unmet).count();
             if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
@@ -57,6 +59,9 @@ impl<const C: usize> Rendering<'_, C> {
             let dark = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
             (0..place.receiver.len()).filter(dark).count()
         };
+        for place in &places[self.scene.planes.len()..first] {
+            self.warn_of_contradiction("sensors", place);
+        }
         let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
         if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
             self.warnings.push(format!(
@@ -129,6 +134,17 @@ impl<const C: usize> Rendering<'_, C> {
             ));
         }
         self.warn_of_lamps_at_points(places, step);
+    }
+
+    /// Rays and photons that contradict each other.
+    fn warn_of_contradiction(&mut self, what: &str, place: &Place<C>) {
+        if let Some(Contradiction { photons, rays }) = place.contradiction {
+            self.warnings.push(format!(
+                "{what}: photons bring {photons:.3e} lx to a part of it where rays found {rays:.3e} lx: light comes through \
+                 openings, or from places, that rays rarely meet; the standard errors there hold the difference; method \
+                 split finds such light"
+            ));
+        }
     }
 
     /// Luminaires so far from what is measured that single precision blurs their openings.

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::embree::RayCaster;
 use crate::gather::camera::{Draw, Eye, first_surface};
 use crate::gather::sight::Sight;
+use crate::gather::smooth::few;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::report::{CameraImage, Layer};
@@ -51,6 +52,8 @@ struct Pixel<const C: usize> {
     /// Of the batches' photometric E, lx, and of their squares.
     batches: Sum,
     squares: Sum,
+    /// Of the squares of the batches' photometric luminance, (cd/m²)²; `luminance` has their sum.
+    luminance_squares: Sum,
     /// Albedo, normal and coverage, whose parts are multiples of 2⁻²⁴: sums of half a billion of them need no rounding.
     albedo: [f64; C],
     normal: [f64; 3],
@@ -69,6 +72,7 @@ impl<const C: usize> Pixel<C> {
         luminance: [Sum::ZERO; C],
         batches: Sum::ZERO,
         squares: Sum::ZERO,
+        luminance_squares: Sum::ZERO,
         albedo: [0.0; C],
         normal: [0.0; 3],
         coverage: 0.0,
@@ -130,7 +134,7 @@ impl<'a, const C: usize> View<'a, C> {
                 let mut stream = batch.seed.stream((row * columns + column) as u64);
                 let [place_shift, direction_shift] = [stream.uniform_pair(), stream.uniform_pair()];
                 let lamp_shift = stream.uniform();
-                let mut sum = 0.0;
+                let (mut sum, mut luminance_sum) = (0.0, 0.0);
                 for ray in 0..count {
                     let [x, y] = super::low_discrepancy(ray, place_shift).map(f64::from);
                     let direction = camera.direction([column as f64 + x, row as f64 + y]).as_vec3();
@@ -145,6 +149,7 @@ impl<'a, const C: usize> View<'a, C> {
                     let seen = batch.eye.look(origin, direction, &mut draw);
                     let Pixel { direct, indirect, luminance, albedo, normal, coverage, .. } = pixel;
                     (0..C).for_each(|c| luminance[c].add(seen.luminance[c]));
+                    luminance_sum += photometric(seen.luminance);
                     let Some(surface) = seen.surface else { continue };
                     for c in 0..C {
                         direct[c].add(surface.light.direct[c]);
@@ -158,6 +163,7 @@ impl<'a, const C: usize> View<'a, C> {
                 let found = sum / count as f64;
                 pixel.batches.add(found);
                 pixel.squares.add(found * found);
+                pixel.luminance_squares.add((luminance_sum / count as f64).powi(2));
             }
             cast.fetch_add(rays, Ordering::Relaxed);
             progress(columns as u64);
@@ -172,9 +178,11 @@ impl<'a, const C: usize> View<'a, C> {
         let mut rests = u64::from(self.rests);
         tape.number(&mut rests)?;
         self.rests |= rests > 0;
-        for Pixel { direct, indirect, luminance, batches, squares, albedo, normal, coverage } in &mut self.pixels {
+        for pixel in &mut self.pixels {
+            let Pixel { direct, indirect, luminance, batches, squares, luminance_squares, albedo, normal, coverage } =
+                pixel;
             let light = [direct, indirect, luminance].into_iter().flatten();
-            light.chain([batches, squares]).try_for_each(|sum| tape.sum(sum))?;
+            light.chain([batches, squares, luminance_squares]).try_for_each(|sum| tape.sum(sum))?;
             albedo.iter_mut().chain(normal).chain([coverage]).try_for_each(|sum| tape.exact(sum))?;
         }
         Ok(())
@@ -193,9 +201,21 @@ impl<'a, const C: usize> View<'a, C> {
 
     /// Variance of a pixel's photometric E, lx².
     fn variance(&self, pixel: &Pixel<C>) -> f64 {
-        let (batches, sum) = (self.batches as f64, pixel.batches.value());
+        self.variance_of_mean(pixel.batches.value(), pixel.squares.value())
+    }
+
+    /// Variance of a pixel's photometric luminance, (cd/m²)².
+    fn luminance_variance(&self, pixel: &Pixel<C>) -> f64 {
+        let per_batch = self.batches as f64 / self.samples.max(1) as f64;
+        let sum = photometric(pixel.luminance.map(Sum::value)) * per_batch;
+        self.variance_of_mean(sum, pixel.luminance_squares.value())
+    }
+
+    /// Variance of the mean of the batches, of which the sum and that of the squares are known.
+    fn variance_of_mean(&self, sum: f64, squares: f64) -> f64 {
+        let batches = self.batches as f64;
         // Σ (x − x̄)² = Σ x² − x̄ Σ x; rounding may leave it a little below 0.
-        let scatter = (pixel.squares.value() - sum * sum / batches).max(0.0);
+        let scatter = (squares - sum * sum / batches).max(0.0);
         scatter / (batches * (batches - 1.0)).max(1.0)
     }
 
@@ -208,6 +228,8 @@ impl<'a, const C: usize> View<'a, C> {
         let mean = |sums: &dyn Fn(&Pixel<C>) -> [f64; C]| {
             Layer((0..C).map(|c| each(&|pixel| sums(pixel)[c] * per_sample)).collect())
         };
+        // A pixel has nothing but its own batches to know its scatter by.
+        let alone = few(self.batches as f64);
         let camera = self.camera;
         let normal = |axis: usize| each(&|pixel| pixel.normal[axis] * per_sample);
         let position = |axis: usize| self.places.iter().map(|(_, position)| position[axis]).collect();
@@ -226,7 +248,8 @@ impl<'a, const C: usize> View<'a, C> {
             direct: mean(&|pixel| pixel.direct.map(Sum::value)),
             indirect: mean(&|pixel| pixel.indirect.map(Sum::value)),
             luminance: mean(&|pixel| pixel.luminance.map(Sum::value)),
-            standard_error: each(&|pixel| self.variance(pixel).sqrt()),
+            standard_error: each(&|pixel| (alone * self.variance(pixel)).sqrt()),
+            luminance_standard_error: each(&|pixel| (alone * self.luminance_variance(pixel)).sqrt()),
             albedo: mean(&|pixel| pixel.albedo),
             normal: Layer((0..3).map(normal).collect()),
             depth: self.places.iter().map(|(depth, _)| *depth).collect(),

@@ -38,6 +38,8 @@ pub struct CameraImage {
     pub luminance: Layer,
     /// Standard error (1 σ) of the photometric E, lx.
     pub standard_error: Vec<f32>,
+    /// Standard error (1 σ) of the photometric luminance, cd/m².
+    pub luminance_standard_error: Vec<f32>,
     /// Diffuse reflectance.
     pub albedo: Layer,
     /// Unit normal of the side seen; shorter where a pixel sees several.
@@ -119,7 +121,7 @@ impl CameraImage {
     }
 
     /// Every layer with its name, as EXR has it: the root's is empty.
-    pub(crate) fn layers(&self) -> [(&'static str, Vec<&[f32]>); 10] {
+    pub(crate) fn layers(&self) -> [(&'static str, Vec<&[f32]>); 11] {
         fn whole(layer: &Layer) -> Vec<&[f32]> {
             layer.0.iter().map(Vec::as_slice).collect()
         }
@@ -131,6 +133,7 @@ impl CameraImage {
             ("indirect", whole(&self.indirect)),
             ("stderr", vec![&self.standard_error]),
             ("luminance", whole(&self.luminance)),
+            ("luminance_stderr", vec![&self.luminance_standard_error]),
             ("albedo", whole(&self.albedo)),
             ("N", whole(&self.normal)),
             ("P", whole(&self.position)),

@@ -377,6 +377,7 @@ fn view(channels: usize) -> CameraImage {
         indirect: layer(channels, 400.0),
         luminance: layer(channels, 50.0),
         standard_error: vec![3.0; 15],
+        luminance_standard_error: vec![0.2; 15],
         albedo: layer(channels, 0.0),
         normal: layer(3, 0.0),
         depth: vec![2.0; 15],
@@ -404,7 +405,10 @@ fn an_image_for_compositing_has_every_layer_and_says_how_it_was_taken() {
         let mut expected: Vec<String> = ["", "direct", "indirect", "luminance", "albedo"]
             .iter()
             .flat_map(|layer| light(layer, channels))
-            .chain(["A", "Z", "stderr.Y", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"].map(String::from))
+            .chain(
+                ["A", "Z", "stderr.Y", "luminance_stderr.Y", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"]
+                    .map(String::from),
+            )
             .collect();
         expected.sort();
         assert_eq!(found.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(), expected);

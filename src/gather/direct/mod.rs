@@ -441,8 +441,14 @@ impl<const C: usize> Gather<'_, C> {
             .collect()
     }
 
+    /// Where shadows are cut from: just off the surface, as rays start.
     fn eye(&self, point: usize) -> DVec3 {
         self.receiver.start(point).as_dvec3()
+    }
+
+    /// Where light is measured, exactly: what a low lamp brings to a large floor depends on micrometres.
+    fn place(&self, point: usize) -> DVec3 {
+        self.receiver.place(point)
     }
 
     fn bounds(&self, points: &[usize]) -> Bounds {
@@ -553,11 +559,10 @@ impl<const C: usize> Gather<'_, C> {
             Source::Point(source) => {
                 let hidden = self.search(emitter, bounds, 1, &mut scratch.block) != InTheWay::Nothing;
                 for (&point, sum) in block.points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                    let start = self.receiver.start(point);
-                    let lux = source.illuminance(start.as_dvec3(), self.up);
+                    let lux = source.illuminance(self.place(point), self.up);
                     if lux > 0.0 {
                         let passed =
-                            if hidden { source.passed(start.as_dvec3(), self.blockers.caster) } else { [1.0; 3] };
+                            if hidden { source.passed(self.eye(point), self.blockers.caster) } else { [1.0; 3] };
                         sum.add(emitter, (passed.map(|passed| passed * lux), 0.0));
                         scratch.rays += u64::from(hidden);
                     }
@@ -604,7 +609,7 @@ impl<const C: usize> Gather<'_, C> {
             suspects.clear();
             for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
                 let eye = self.eye(point);
-                let lux = view.look(source, eye, self.up);
+                let lux = view.look(source, self.place(point), self.up);
                 if lux <= 0.0 {
                     continue;
                 }

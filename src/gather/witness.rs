@@ -1,0 +1,244 @@
+//! Photons as a second witness of the light that rays found.
+//!
+//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has met
+//! it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over areas large
+//! enough to know their light well. What rays found there is held against it; what they contradict each other by, beyond
+//! their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the photons
+//! say.
+
+use std::io;
+
+use super::receiver::{Photons, Receiver};
+use super::smooth::{Samples, Smoother};
+use crate::embree::RayCaster;
+use crate::photon::flux::photometric;
+use crate::photon::random::{Seed, Stream};
+use crate::state::Sum;
+use crate::state::tape::Tape;
+
+/// Sides of a region of a grid, in cells.
+const BLOCK: usize = 16;
+/// Both differ if they do by more than this many standard errors,
+const SIGNIFICANT: f64 = 4.0;
+/// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a sensor.
+const LEAST_OF_BLOCK: f64 = 0.05;
+const LEAST_OF_DISC: f64 = 0.5;
+/// Equal samples that would scatter as those found do; rays are no evidence where there are fewer.
+const EVIDENCE: f64 = 32.0;
+/// Rays in the plane about a sensor that look for walls, which its disc must not reach.
+const LOOKS: usize = 16;
+/// Rays from a region that look whether it sees any surface.
+const GLANCES: usize = 64;
+/// A disc is not made smaller than this part of the largest.
+const SMALLEST_DISC: f32 = 1.0 / 8.0;
+
+/// Light at regions of a receiver, counted by photons.
+pub struct Witness {
+    regions: Regions,
+    /// Area counted of each region, m².
+    areas: Vec<f64>,
+    /// Σ φ, lm, and Σ φ² of each region.
+    sums: Vec<[Sum; 2]>,
+    /// Sets of photons so far, each of all luminaires' flux.
+    sets: u64,
+    /// Whether rays from each region meet any surface at all: where none does, that they find nothing is no surprise.
+    sees: Vec<bool>,
+}
+
+enum Regions {
+    /// Blocks of the cells of a grid.
+    Blocks(Blocks),
+    /// Discs about points that may overlap: squares of their radii, m².
+    Discs(Vec<f32>),
+}
+
+/// How a grid is cut into blocks.
+struct Blocks {
+    columns: usize,
+    rows: usize,
+    /// The block of each cell.
+    of_cell: Vec<u32>,
+    /// Whether a cell is counted: nothing stands between it and its eight neighbours.
+    open: Vec<bool>,
+}
+
+/// What photons and rays say of a region, lx.
+#[derive(Clone, Copy, Debug)]
+pub struct Contradiction {
+    /// Mean illuminance by photons.
+    pub photons: f64,
+    /// By rays.
+    pub rays: f64,
+}
+
+impl Witness {
+    /// Regions of a grid.
+    pub fn of_grid(grid: [usize; 2], receiver: &Receiver, smoother: &Smoother, caster: &RayCaster) -> Self {
+        let [columns, rows] = grid;
+        let across = columns.div_ceil(BLOCK);
+        let block = |cell: usize| (cell / columns / BLOCK * across + cell % columns / BLOCK) as u32;
+        let of_cell: Vec<u32> = (0..columns * rows).map(block).collect();
+        let open: Vec<bool> = (0..columns * rows).map(|cell| smoother.is_open(cell)).collect();
+        let [width, height] = receiver.cell_size([columns, rows]);
+        let mut areas = vec![0.0; across * rows.div_ceil(BLOCK)];
+        for (block, _) in of_cell.iter().zip(&open).filter(|(_, open)| **open) {
+            areas[*block as usize] += f64::from(width) * f64::from(height);
+        }
+        Self::new(Regions::Blocks(Blocks { columns, rows, of_cell, open }), areas, receiver, caster)
+    }
+
+    /// Discs of at most `radius` (m) about points.
+    pub fn of_points(receiver: &Receiver, radius: f32, caster: &RayCaster) -> Self {
+        let free = |point: usize| {
+            let eye = receiver.start(point);
+            let end = |look: usize| {
+                let (sin, cos) = (std::f32::consts::TAU * look as f32 / LOOKS as f32).sin_cos();
+                let direction = receiver.u * cos + receiver.v * sin;
+                caster.closest_hit(eye, direction, radius).map_or(radius, |hit| hit.distance)
+            };
+            (0..LOOKS).map(end).fold(radius, f32::min).max(SMALLEST_DISC * radius)
+        };
+        let radii: Vec<f32> = (0..receiver.len()).map(free).collect();
+        let areas: Vec<f64> = radii.iter().map(|radius| std::f64::consts::PI * f64::from(radius * radius)).collect();
+        let squares = radii.iter().map(|radius| radius * radius).collect();
+        Self::new(Regions::Discs(squares), areas, receiver, caster)
+    }
+
+    fn new(regions: Regions, areas: Vec<f64>, receiver: &Receiver, caster: &RayCaster) -> Self {
+        let sees = |region: usize| {
+            let points = regions.points(region);
+            let mut stream: Stream = Seed(0).stream(region as u64);
+            (0..GLANCES).any(|glance| {
+                points.get(glance * points.len() / GLANCES).is_some_and(|&point| {
+                    let direction = receiver.direction(point, stream.uniform_pair());
+                    caster.is_occluded(receiver.start(point), direction, f32::INFINITY)
+                })
+            })
+        };
+        let sees = (0..areas.len()).map(sees).collect();
+        Self { sums: vec![[Sum::ZERO; 2]; areas.len()], regions, areas, sets: 0, sees }
+    }
+
+    /// Counts the photons of one set that crossed the receiver.
+    pub fn add<const C: usize>(&mut self, receiver: &Receiver, photons: &Photons<C>) {
+        self.sets += 1;
+        let Self { regions, sums, .. } = self;
+        for (position, flux) in photons.positions.iter().zip(&photons.flux) {
+            let flux = photometric(flux.0.map(f64::from));
+            let mut count = |region: usize| {
+                sums[region][0].add(flux);
+                sums[region][1].add(flux * flux);
+            };
+            match regions {
+                Regions::Blocks(blocks) => {
+                    if let Some(block) = blocks.at(receiver, *position) {
+                        count(block);
+                    }
+                }
+                Regions::Discs(squares) => {
+                    for (point, (at, square)) in receiver.points.iter().zip(squares).enumerate() {
+                        let (x, y) = (position[0] - at[0], position[1] - at[1]);
+                        if x * x + y * y < *square {
+                            count(point);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Hands its sums over.
+    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
+        tape.count(&mut self.sets)?;
+        tape.sums(self.sums.as_flattened_mut())
+    }
+
+    /// Variance (lx²) to be added at each point to what rays found there, and where they contradict photons most. `flux` is
+    /// that of one photon, lm.
+    pub fn doubt<const C: usize>(&self, samples: &Samples<C>, flux: f64) -> (Vec<f64>, Option<Contradiction>) {
+        let (mut worst, mut most) = (None, 0.0);
+        let of_region: Vec<f64> = (0..self.areas.len())
+            .map(|region| {
+                let Some(judged) = self.judge(region, samples, flux) else { return 0.0 };
+                let Judged { contradiction, doubt, significant } = judged;
+                let larger = contradiction.photons.max(contradiction.rays);
+                if significant && doubt.sqrt() / larger > most {
+                    (worst, most) = (Some(contradiction), doubt.sqrt() / larger);
+                }
+                doubt
+            })
+            .collect();
+        let points = match &self.regions {
+            Regions::Blocks(blocks) => blocks.of_cell.iter().map(|&block| of_region[block as usize]).collect(),
+            Regions::Discs(_) => of_region,
+        };
+        (points, worst)
+    }
+
+    fn judge<const C: usize>(&self, region: usize, samples: &Samples<C>, flux: f64) -> Option<Judged> {
+        let (area, [sum, squares]) = (self.areas[region], self.sums[region]);
+        if area <= 0.0 || self.sets == 0 {
+            return None;
+        }
+        let least = if matches!(self.regions, Regions::Blocks(_)) { LEAST_OF_BLOCK } else { LEAST_OF_DISC };
+        let found = samples.together(&self.regions.points(region));
+        let whole = area * self.sets as f64;
+        let photons = sum.value() / whole;
+        // Of no photon little more is known than that it was not there.
+        let variance = squares.value().max(flux * flux) / (whole * whole);
+        let off = photons - found.mean;
+        let larger = photons.max(found.mean);
+        let noise = (variance + found.variance).sqrt();
+        let significant = off.abs() > SIGNIFICANT * noise && off.abs() > least * larger;
+        let doubt = if significant {
+            off * off
+        } else if self.sees[region] && found.equal_samples < EVIDENCE {
+            variance.max(off * off)
+        } else {
+            0.0
+        };
+        Some(Judged { contradiction: Contradiction { photons, rays: found.mean }, doubt, significant })
+    }
+}
+
+/// What comes of holding photons and rays against each other.
+struct Judged {
+    contradiction: Contradiction,
+    /// Variance to be added, lx².
+    doubt: f64,
+    /// Whether they contradict each other, rather than that one of them knows too little.
+    significant: bool,
+}
+
+impl Regions {
+    /// The points that are counted of a region.
+    fn points(&self, region: usize) -> Vec<usize> {
+        match self {
+            Self::Blocks(blocks) => blocks.counted(region),
+            Self::Discs(_) => vec![region],
+        }
+    }
+}
+
+impl Blocks {
+    /// The block of a photon, if it is counted.
+    fn at(&self, receiver: &Receiver, position: [f32; 3]) -> Option<usize> {
+        let [width, height] = receiver.cell_size([self.columns, self.rows]);
+        let first = receiver.points[0];
+        let step = |axis: usize, side: f32| ((position[axis] - first[axis]) / side + 0.5).floor();
+        let (column, row) = (step(0, width), step(1, height));
+        let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f32 && row < self.rows as f32;
+        let cell = inside.then(|| row as usize * self.columns + column as usize)?;
+        self.open[cell].then(|| self.of_cell[cell] as usize)
+    }
+
+    /// The cells of a block that are counted.
+    fn counted(&self, block: usize) -> Vec<usize> {
+        let across = self.columns.div_ceil(BLOCK);
+        let (left, low) = (block % across * BLOCK, block / across * BLOCK);
+        let rows = low..(low + BLOCK).min(self.rows);
+        let cells = rows
+            .flat_map(|row| (left..(left + BLOCK).min(self.columns)).map(move |column| row * self.columns + column));
+        cells.filter(|&cell| self.open[cell]).collect()
+    }
+}
