@@ -6,6 +6,7 @@ use super::{Place, Rendering};
 use crate::embree::RELATIVE_OFFSET;
 use crate::gather::density::Estimate;
 use crate::gather::direct::DirectLight;
+use crate::gather::reach::Standing;
 use crate::gather::receiver::MIDDLE_SHARE;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
@@ -253,6 +254,7 @@ impl<const C: usize> Rendering<'_, C> {
             direct: place.direct.is_some().then(|| cells.iter().map(|cell| photometric(cell.direct)).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
+            standing: place.standing.clone(),
             outlines: outlines(self.scene, plane),
             groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
             areas: Vec::new(),
@@ -272,6 +274,7 @@ impl<const C: usize> Rendering<'_, C> {
             rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
+            standing: place.standing.clone(),
         }
     }
 
@@ -288,6 +291,7 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
             has_value: place.has_value[point],
+            standing: place.standing[point],
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
@@ -309,6 +313,7 @@ fn mean_over_disc(points: &[(usize, SensorReading)]) -> SensorReading {
         weighted.iter().map(|(weight, reading)| weight / total * value(reading)).sum()
     };
     mean.has_value = !weighted.is_empty();
+    mean.standing = if mean.has_value { Standing::Place } else { points[0].1.standing };
     mean.illuminance = of(&|reading| reading.illuminance);
     mean.standard_error = of(&|reading| reading.standard_error);
     mean.rgb = mean.rgb.map(|_| std::array::from_fn(|c| of(&|reading| reading.rgb.map_or(0.0, |rgb| rgb[c]))));
