@@ -11,6 +11,7 @@ use crate::gather::receiver::MIDDLE_SHARE;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
+use crate::report::number::fine_percent;
 use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::plan::Method;
 use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
@@ -18,6 +19,8 @@ use crate::units::Lumens;
 
 /// Photons, all passes together, below which the scatter of their batches tells little.
 const FEWEST_PHOTONS: u64 = 1000;
+/// The part of the flux that may be cut off without a word: far below any error that photons claim.
+const MOST_CUT_OFF: f64 = 1e-5;
 
 impl<const C: usize> Rendering<'_, C> {
     /// Says what a user ought to know about this run.
@@ -110,16 +113,16 @@ impl<const C: usize> Rendering<'_, C> {
         let flux = self.flux.mean(1.0);
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
         let most = self.trial.most_bounces();
-        if cut_off > 0.0 && self.trial.in_glass > 0.0 {
+        if cut_off > MOST_CUT_OFF && self.trial.in_glass > 0.0 {
             self.warnings.push(format!(
-                "{:.3} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
+                "{} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
                  glass that absorbs nothing, where it lights nothing",
-                100.0 * cut_off,
+                fine_percent(cut_off),
             ));
-        } else if cut_off > 0.0 {
+        } else if cut_off > MOST_CUT_OFF {
             self.warnings.push(format!(
-                "{:.3} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
-                100.0 * cut_off,
+                "{} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
+                fine_percent(cut_off),
             ));
         }
         if self.plan.photons && self.photons_emitted < FEWEST_PHOTONS {

@@ -193,10 +193,14 @@ impl<'a> Reach<'a> {
         let look = |point: usize| {
             let start = receiver.start(point);
             let within = asked.covered_within(point);
-            if within > 0.0 && receiver.bodies().is_empty() && !self.passes(start, receiver.normal_at(point), within) {
+            let mut stream = self.seed.stream(point as u64);
+            let covered = within > 0.0
+                && receiver.bodies().is_empty()
+                && !self.passes(start, receiver.normal_at(point), within)
+                && !self.sees_lamp(start, &mut stream); // what covers it may be a lamp that lights it
+            if covered {
                 return Standing::Covered;
             }
-            let mut stream = self.seed.stream(point as u64);
             let seen = (0..POINT_TRIES).any(|attempt| self.sees_light(start, attempt, &mut stream));
             if seen { Standing::Place } else { Standing::Dark }
         };

@@ -125,6 +125,11 @@ impl Reach<'_> {
         self.is_free(from, places[pick(places.len(), stream)])
     }
 
+    /// Whether a point sees one point of some luminaire.
+    pub(super) fn sees_lamp(&self, from: Vec3, stream: &mut Stream) -> bool {
+        self.fronts.iter().any(|front| self.sees(from, front, stream.uniform(), stream.uniform_pair()))
+    }
+
     /// Whether nothing but glass stands between a point and one of a luminaire's front.
     fn sees(&self, from: Vec3, front: &Front, choice: f32, at: [f32; 2]) -> bool {
         let (target, normal) = front.point_seen(choice, at, from, self.caster);
