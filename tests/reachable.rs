@@ -8,8 +8,12 @@ use luxmap::gather::reach::Standing;
 use luxmap::report::{Results, json, table, without};
 use luxmap::scene::plan::Method;
 
-const MATERIALS: &str = "[material.wall]\nreflectance = 0.6\n[material.ceiling]\nreflectance = 0.7\n[material.opal]\n\
-    reflectance = 0.3\ntransmittance = 0.6\n[material.glass]\ndielectric = { ior = 1.5 }\n";
+const MATERIALS: [(&str, &str); 4] = [
+    ("wall", "reflectance = 0.6"),
+    ("ceiling", "reflectance = 0.7"),
+    ("opal", "reflectance = 0.3\ntransmittance = 0.6"),
+    ("glass", "dielectric = { ior = 1.5 }"),
+];
 
 fn lamp(at: [f64; 3], up: f64, side: f64) -> String {
     format!(
@@ -26,7 +30,9 @@ fn plane(name: &str, [x, y, z]: [f64; 3], [along, across]: [f64; 2], cells: [usi
 }
 
 fn look(name: &str, parts: &[String], obj: &str) -> Results {
-    run(&scene(&format!("reachable_{name}"), &(MATERIALS.to_owned() + &parts.concat()), obj), Method::Split, 2000, 0)
+    let used = MATERIALS.iter().filter(|(material, _)| obj.contains(&format!("usemtl {material}\n")));
+    let materials: String = used.map(|(material, is)| format!("[material.{material}]\n{is}\n")).collect();
+    run(&scene(&format!("reachable_{name}"), &(materials + &parts.concat()), obj), Method::Split, 2000, 0)
 }
 
 fn all_are_places(results: &Results) {
@@ -226,5 +232,5 @@ fn a_ceiling_above_flush_panels_counts_without_them() {
         assert_eq!(ceiling.standing[sample], expected, "{at}");
     }
     let figures = ceiling.figures();
-    assert!(figures.samples_without_value > 0 && figures.min.0 > 0.0, "{figures:?}");
+    assert!(figures.samples_without_value > 0 && figures.samples > 10 * figures.samples_without_value);
 }

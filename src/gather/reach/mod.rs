@@ -4,7 +4,8 @@
 //! normals that meshes rarely keep in order, and not of luck: points of one receiver that see each other are one part of
 //! space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has come to
 //! (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed body stands
-//! between it and all luminaires (`shells.rs`), or if walks as many as a hole of a millimetre asks for find no way.
+//! between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a hole of three
+//! millimetres asks for show a way.
 
 mod flood;
 mod probes;
@@ -31,13 +32,16 @@ const SHORT_WALKS: u32 = 16;
 const SHORT: u32 = 16;
 /// Bounces of the long walks.
 const LONG: u32 = 512;
-/// The hole that long walks shall find, m, and how often they should have met it.
-const HOLE: f64 = 1e-3;
+/// The hole that long walks shall find, m, and how often they should have met it; smaller ones are found at their rims.
+const HOLE: f64 = 3e-3;
 const MEETINGS: f64 = 4.0;
 /// Bounces spent on one part at least and at most, and on all.
 const FEWEST: f64 = 2e3;
 const MOST: f64 = 4e6;
 const MOST_IN_ALL: f64 = 1e7;
+/// Parts of that which are spent one after the other, and points that are kept of what they reach.
+const SHARES: [f64; 2] = [0.02, 1.0];
+const KEPT: usize = 64;
 
 /// Why a point has a value, or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -215,21 +219,45 @@ impl<'a> Reach<'a> {
             || (0..SHORT_WALKS).any(|walk| self.walk_from(receiver, point(walk), SHORT, &mut stream))
     }
 
-    /// Which parts are reached by walks that find a hole of a millimetre, as far as that takes no longer than is reasonable.
-    fn walk_long(&self, asked: &[Points<'_>], parts: &[Part]) -> Vec<bool> {
-        let mut left = MOST_IN_ALL;
-        let arrives = |part: &Part| {
-            let receiver = asked[part.receiver].receiver;
-            let size = self.cavity(receiver, part);
-            let wanted = (MEETINGS * (size / HOLE).powi(2)).clamp(FEWEST, MOST).min(left.max(FEWEST));
-            left -= wanted;
-            let walks = (wanted / f64::from(LONG)).ceil() as usize;
-            (0..walks).into_par_iter().any(|walk| {
-                let mut stream = self.stream_of(part, 4 + walk as u64);
-                self.walk_from(receiver, part.points[walk % part.points.len()] as usize, LONG, &mut stream)
-            })
-        };
-        parts.iter().map(arrives).collect()
+    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short walks
+    /// come first; what they reach is lit for the others.
+    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[Part]) -> Vec<bool> {
+        let of = |part: &Part| asked[part.receiver].receiver;
+        let wanted = |part: &Part| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
+        let wanted: Vec<f64> = parts.iter().map(wanted).collect();
+        let mut arrived = vec![false; parts.len()];
+        let (mut left, mut round) = (MOST_IN_ALL, 0);
+        for share in SHARES {
+            let mut goes_on = true;
+            while goes_on {
+                goes_on = false;
+                for (index, part) in parts.iter().enumerate() {
+                    if arrived[index] {
+                        continue;
+                    }
+                    let bounces = (share * wanted[index]).clamp(FEWEST, MOST).min(left.max(FEWEST));
+                    arrived[index] = self.walks_arrive(of(part), part, bounces, round);
+                    if arrived[index] {
+                        let points = part.points.iter().take(KEPT);
+                        self.through_gaps.extend(points.map(|&point| of(part).start(point as usize)));
+                        goes_on = true;
+                    } else {
+                        left -= bounces;
+                    }
+                }
+                round += 1;
+            }
+        }
+        arrived
+    }
+
+    /// Whether one of some walks from a part's points arrives.
+    fn walks_arrive(&self, receiver: &Receiver, part: &Part, bounces: f64, round: u64) -> bool {
+        let walks = (bounces / f64::from(LONG)).ceil() as usize;
+        (0..walks).into_par_iter().any(|walk| {
+            let mut stream = self.stream_of(part, 6 + (round << 32) + walk as u64);
+            self.walk_from(receiver, part.points[walk % part.points.len()] as usize, LONG, &mut stream)
+        })
     }
 
     /// Random numbers for a part of space.

@@ -16,7 +16,7 @@ const OFF: f32 = 4.0;
 const RAYS: usize = 32;
 const AGREE: usize = 3;
 /// Attempts to see light from where such a ray ends; more where it matters.
-const TRIES: u32 = 4;
+const TRIES: u32 = 8;
 const MORE_TRIES: u32 = 32;
 /// Openings that light passes one after the other.
 const ROUNDS: u64 = 6;

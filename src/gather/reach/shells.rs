@@ -62,9 +62,10 @@ impl<'a> Shells<'a> {
     pub(super) fn shut_off(&self, point: Vec3, lamps: &[Vec3]) -> bool {
         self.bodies.iter().any(|body| match body.contains(self.mesh, point) {
             Some(true) => lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(false)),
+            // One thread finds out: who waits for others here might be given the same question.
             Some(false) => *body.holds_lamps.get_or_init(|| {
                 body.triangles.len().saturating_mul(lamps.len()) <= MOST_WORK
-                    && lamps.par_iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(true))
+                    && lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(true))
             }),
             None => false,
         })
