@@ -20,6 +20,7 @@ fn map(illuminance: &[f64], standard_error: &[f64]) -> IlluminanceMap {
         direct: None,
         standard_error: standard_error.to_vec(),
         has_value: illuminance.iter().map(|e| !e.is_nan()).collect(),
+        standing: Vec::new(),
         outlines: Vec::new(),
         groups: Vec::new(),
         areas: Vec::new(),

@@ -181,6 +181,11 @@ impl Front {
         Self { shape, two_sided: false, pieces, shares: shares.collect() }
     }
 
+    /// Number of flat pieces.
+    pub fn pieces(&self) -> usize {
+        self.shares.len()
+    }
+
     /// Whether the opening has no extent.
     pub fn is_point(&self) -> bool {
         self.shape == Shape::Point

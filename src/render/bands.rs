@@ -257,6 +257,7 @@ impl IlluminanceMap {
         keep(&mut self.illuminance, &range);
         keep(&mut self.standard_error, &range);
         keep(&mut self.has_value, &range);
+        keep(&mut self.standing, &range);
         self.rgb.iter_mut().for_each(|rgb| keep(rgb, &range));
         self.direct.iter_mut().for_each(|direct| keep(direct, &range));
         for group in &mut self.groups {
@@ -272,6 +273,7 @@ impl IlluminanceMap {
         self.illuminance.append(&mut other.illuminance);
         self.standard_error.append(&mut other.standard_error);
         self.has_value.append(&mut other.has_value);
+        self.standing.append(&mut other.standing);
         if let (Some(all), Some(part)) = (&mut self.rgb, &mut other.rgb) {
             all.append(part);
         }

@@ -25,7 +25,7 @@ use crate::gather::density::{Estimate, EstimateSum, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::faint::Faint;
 use crate::gather::direct::{Asked, DirectLight, direct_light_for};
-use crate::gather::reach::Reach;
+use crate::gather::reach::{Points, Reach, Standing};
 use crate::gather::receiver::{Crossings, Receiver};
 use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother};
 use crate::gather::surroundings::{FAN, Surroundings};
@@ -39,7 +39,7 @@ use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::Results;
 use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
-use crate::scene::{PlaneKind, Scene};
+use crate::scene::{MeasuringPlane, PlaneKind, Scene};
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
@@ -277,6 +277,8 @@ struct Place<const C: usize> {
     /// Whether it is a measuring plane on a surface.
     on_surface: bool,
     has_value: Vec<bool>,
+    /// Why, or why not.
+    standing: Vec<Standing>,
     surroundings: Vec<Surroundings>,
     smoother: Option<Smoother>,
     direct: Option<DirectLight<C>>,
@@ -466,6 +468,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             Place {
                 on_surface,
                 has_value: vec![true; receiver.len()],
+                standing: vec![Standing::Place; receiver.len()],
                 surroundings: Vec::new(),
                 smoother: None,
                 direct: None,
@@ -527,25 +530,43 @@ impl<'a, const C: usize> Rendering<'a, C> {
         });
     }
 
+    /// Finds which points are places at all. That is a fact of the scene: all seeds agree on it, so that their results can be
+    /// merged.
+    fn find_standings(&self, places: &mut [Place<C>], caster: &RayCaster) {
+        let side = |plane: &MeasuringPlane| {
+            let [columns, rows] = plane.cells.map(|cells| cells as f64);
+            (plane.along.length() / columns).min(plane.across.length() / rows) as f32
+        };
+        let sides = self.scene.planes.iter().map(side).chain(std::iter::repeat(0.0));
+        let points = places.iter().zip(sides);
+        let points = points.map(|(place, spacing)| Points { receiver: &place.receiver, spacing, areas: &place.areas });
+        let points: Vec<Points<'_>> = points.collect();
+        // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
+        let of_place = |place: &Place<C>| {
+            let values = place.direct.iter().flat_map(|light| &light.value);
+            values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
+        };
+        let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
+        let is_lit = |place: usize, point: usize| {
+            places[place].direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver)
+        };
+        let mut reach = Reach::new(self.scene, caster, Seed(0).branch(PURPOSE_REACH));
+        let found = reach.standings(&points, is_lit);
+        for (place, standing) in places.iter_mut().zip(found) {
+            place.has_value = standing.iter().map(|standing| standing.is_place()).collect();
+            place.standing = standing;
+        }
+    }
+
     /// Finds which points are places at all, and what is in their neighbours' way.
     fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
         let radius = self.searches.smooth.radius;
         let densities = self.plan.method != Method::Seed && self.plan.counts_photons();
         self.timed("look around", places.len() as u64, |this| {
-            // Whether light can arrive is a fact of the scene: all seeds agree on it, so that their results can be merged.
-            let reach = Reach::new(this.scene, caster, Seed(0).branch(PURPOSE_REACH));
-            // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
-            let of_place = |place: &Place<C>| {
-                let values = place.direct.iter().flat_map(|light| &light.value);
-                values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
-            };
-            let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
+            this.find_standings(places, caster);
             for place in places {
-                let Place { receiver, has_value, surroundings, smoother, direct, samples, witness, .. } = place;
+                let Place { receiver, has_value, surroundings, smoother, samples, witness, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
-                let lit = |point: usize| direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver);
-                *has_value =
-                    points.clone().map(|point| lit(point) || reach.light_can_arrive(receiver, point)).collect();
                 if densities && receiver.is_plane() {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.prepared_rays += (FAN * surroundings.len()) as u64;

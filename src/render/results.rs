@@ -6,11 +6,13 @@ use super::{Place, Rendering};
 use crate::embree::RELATIVE_OFFSET;
 use crate::gather::density::Estimate;
 use crate::gather::direct::DirectLight;
+use crate::gather::reach::Standing;
 use crate::gather::receiver::MIDDLE_SHARE;
 use crate::gather::witness::Contradiction;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
+use crate::report::number::fine_percent;
 use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::plan::Method;
 use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
@@ -18,6 +20,8 @@ use crate::units::Lumens;
 
 /// Photons, all passes together, below which the scatter of their batches tells little.
 const FEWEST_PHOTONS: u64 = 1000;
+/// The part of the flux that may be cut off without a word: far below any error that photons claim.
+const MOST_CUT_OFF: f64 = 1e-5;
 
 impl<const C: usize> Rendering<'_, C> {
     /// Says what a user ought to know about this run.
@@ -114,16 +118,16 @@ impl<const C: usize> Rendering<'_, C> {
         let flux = self.flux.mean(1.0);
         let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
         let most = self.trial.most_bounces();
-        if cut_off > 0.0 && self.trial.in_glass > 0.0 {
+        if cut_off > MOST_CUT_OFF && self.trial.in_glass > 0.0 {
             self.warnings.push(format!(
-                "{:.3} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
+                "{} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
                  glass that absorbs nothing, where it lights nothing",
-                100.0 * cut_off,
+                fine_percent(cut_off),
             ));
-        } else if cut_off > 0.0 {
+        } else if cut_off > MOST_CUT_OFF {
             self.warnings.push(format!(
-                "{:.3} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
-                100.0 * cut_off,
+                "{} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
+                fine_percent(cut_off),
             ));
         }
         if self.plan.photons && self.photons_emitted < FEWEST_PHOTONS {
@@ -269,6 +273,7 @@ impl<const C: usize> Rendering<'_, C> {
             direct: place.direct.is_some().then(|| cells.iter().map(|cell| photometric(cell.direct)).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
+            standing: place.standing.clone(),
             outlines: outlines(self.scene, plane),
             groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
             areas: Vec::new(),
@@ -288,6 +293,7 @@ impl<const C: usize> Rendering<'_, C> {
             rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
+            standing: place.standing.clone(),
         }
     }
 
@@ -304,6 +310,7 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
             has_value: place.has_value[point],
+            standing: place.standing[point],
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
@@ -325,6 +332,7 @@ fn mean_over_disc(points: &[(usize, SensorReading)]) -> SensorReading {
         weighted.iter().map(|(weight, reading)| weight / total * value(reading)).sum()
     };
     mean.has_value = !weighted.is_empty();
+    mean.standing = if mean.has_value { Standing::Place } else { points[0].1.standing };
     mean.illuminance = of(&|reading| reading.illuminance);
     mean.standard_error = of(&|reading| reading.standard_error);
     mean.rgb = mean.rgb.map(|_| std::array::from_fn(|c| of(&|reading| reading.rgb.map_or(0.0, |rgb| rgb[c]))));

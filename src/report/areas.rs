@@ -168,6 +168,7 @@ mod tests {
             direct: None,
             standard_error: vec![0.0; 48],
             has_value: (0..48).map(|i| i != 2 * 8 + 3).collect(),
+            standing: Vec::new(),
             illuminance: values,
             outlines: Vec::new(),
             groups: vec![],

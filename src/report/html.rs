@@ -7,7 +7,9 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::report::number::{count, duration, fine_percent, long, percent, short};
 use crate::report::table::{self, maintained, method};
-use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
+use crate::report::{
+    AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics, without,
+};
 use crate::units::Lumens;
 
 /// Looks of the page.
@@ -34,6 +36,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
             .collect(),
         surfaces(results),
         sensors(results),
+        without_value(results),
         groups(results),
         flux_balance(run),
         times(run),
@@ -223,6 +226,18 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
         sensor.target.map_or_else(String::new, short),
         verdict(sensor.meets_target()),
     ]
+}
+
+/// Which cells, samples and sensors have no value, and why; nothing where all have one.
+fn without_value(results: &Results) -> String {
+    let lines = without::lines(results);
+    if lines.is_empty() {
+        return String::new();
+    }
+    let items: String = lines.iter().map(|line| format!("<li>{}</li>\n", escape(line))).collect();
+    let note = "<p>Covered: something opaque lies on the place, nearer than a hundredth of the spacing. Shut off by a closed \
+                body: the place is inside one, or all luminaires are. None of them counts in any figure.</p>\n";
+    section("Without a value", &format!("<ul>\n{items}</ul>\n{note}"))
 }
 
 /// What each light group brings to the planes; nothing where groups are not told apart.

@@ -116,6 +116,7 @@ impl CameraImage {
             direct: None,
             standard_error: order().map(|pixel| f64::from(self.standard_error[pixel]) / covered(pixel)).collect(),
             has_value: order().map(|pixel| self.coverage[pixel] > 0.0).collect(),
+            standing: Vec::new(),
             outlines: Vec::new(),
         }
     }

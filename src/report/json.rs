@@ -5,13 +5,14 @@
 //! luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest of the
 //! luminaires, null where the scene gives none: the installation is new), then
 //! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
-//!   where no cell has a value; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
+//!   where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed body,
+//!   `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
 //!   told apart; `areas` where the scene asks for some: `name`, `kind`, figures as above, `required_mean_lx` and `required_u0`
 //!   (null where nothing is required), `required_met`;
 //! - `surfaces`: `name`, `spacing_m`, `samples_with_value`, `samples_without_value`, `area_m2`, `flux_lm` (Σ E A), and
-//!   figures weighed by area, null where no sample has a value;
+//!   figures weighed by area, null where no sample has a value; `without_value` as above;
 //! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
+//!   arrive; `no_value_because` says why), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
 //!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
 //! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
 //!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
@@ -22,9 +23,10 @@
 
 use serde::Serialize;
 
+use crate::gather::reach::Standing;
 use crate::report::{
     AreaFigures, CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading,
-    Statistics, SurfaceMap, statistics,
+    Statistics, SurfaceMap, statistics, without,
 };
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
@@ -77,6 +79,7 @@ struct Plane<'a> {
     cells: [usize; 2],
     cells_with_value: usize,
     cells_without_value: usize,
+    without_value: Without,
     mean_lx: Option<f64>,
     min_lx: Option<f64>,
     max_lx: Option<f64>,
@@ -90,6 +93,21 @@ struct Plane<'a> {
     areas: Vec<Area<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     groups: Vec<PlaneGroup<'a>>,
+}
+
+/// How many cells or samples have no value for each reason.
+#[derive(Serialize)]
+struct Without {
+    shut_off: usize,
+    covered: usize,
+    no_way_found: usize,
+}
+
+impl Without {
+    fn of(standing: &[Standing]) -> Self {
+        let [shut_off, covered, no_way_found] = without::counts(standing);
+        Self { shut_off, covered, no_way_found }
+    }
 }
 
 #[derive(Serialize)]
@@ -121,6 +139,7 @@ struct Surface<'a> {
     spacing_m: f64,
     samples_with_value: usize,
     samples_without_value: usize,
+    without_value: Without,
     area_m2: f64,
     flux_lm: f64,
     mean_lx: Option<f64>,
@@ -140,6 +159,8 @@ struct Sensor<'a> {
     normal: [f64; 3],
     illuminance_lx: Option<f64>,
     standard_error_lx: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_value_because: Option<&'static str>,
     target_lx: Option<f64>,
     target_met: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -238,6 +259,7 @@ impl<'a> Plane<'a> {
             cells: map.cells,
             cells_with_value: found.cells,
             cells_without_value: found.cells_without_value,
+            without_value: Without::of(&map.standing),
             mean_lx: known(|s| s.mean.0),
             min_lx: known(|s| s.min.0),
             max_lx: known(|s| s.max.0),
@@ -283,6 +305,7 @@ impl<'a> Surface<'a> {
             spacing_m: map.spacing,
             samples_with_value: found.samples,
             samples_without_value: found.samples_without_value,
+            without_value: Without::of(&map.standing),
             area_m2: found.area,
             flux_lm: found.flux.0,
             mean_lx: known(found.mean.0),
@@ -310,6 +333,7 @@ impl<'a> Sensor<'a> {
             normal: sensor.normal.to_array(),
             illuminance_lx: sensor.has_value.then_some(sensor.illuminance),
             standard_error_lx: sensor.has_value.then_some(sensor.standard_error),
+            no_value_because: (!sensor.has_value).then(|| sensor.standing.reason()),
             target_lx: sensor.target,
             target_met: sensor.meets_target(),
             rgb_lx: sensor.rgb.filter(|_| sensor.has_value),

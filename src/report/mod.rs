@@ -26,6 +26,7 @@ pub mod statistics;
 pub mod surface;
 pub mod table;
 pub mod trees;
+pub mod without;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::gather::reach::Standing;
 use crate::scene::Measure;
 use crate::units::Lumens;
 pub use areas::AreaFigures;
@@ -81,6 +83,8 @@ pub struct IlluminanceMap {
     pub standard_error: Vec<f64>,
     /// False where no light can arrive, as inside a solid: such cells have no value.
     pub has_value: Vec<bool>,
+    /// Why each cell has a value, or none; empty where that is not known.
+    pub standing: Vec<Standing>,
     /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
     pub outlines: Vec<Vec<[f64; 2]>>,
     /// Figures of parts of the plane, where the scene asks for some.
@@ -129,6 +133,8 @@ pub struct SensorReading {
     pub target: Option<f64>,
     /// False where no light can arrive.
     pub has_value: bool,
+    /// Why so.
+    pub standing: Standing,
     /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart.
     pub groups: Vec<GroupReading>,
 }

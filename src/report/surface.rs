@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
+use crate::gather::reach::Standing;
 use crate::report::invalid;
 use crate::report::number::round_to;
 use crate::units::{Lumens, Lux};
@@ -25,6 +26,8 @@ pub struct SurfaceMap {
     pub standard_error: Vec<f64>,
     /// False where no light can arrive: such samples have no value.
     pub has_value: Vec<bool>,
+    /// Why each sample has a value, or none; empty where that is not known.
+    pub standing: Vec<Standing>,
 }
 
 /// Figures of a measured surface, over the samples that have a value, each by its area; zeros where none has.
@@ -209,6 +212,7 @@ mod tests {
             rgb: None,
             standard_error: vec![1.0, 4.0, 0.0],
             has_value: vec![true, true, false],
+            standing: vec![Standing::Place, Standing::Place, Standing::Dark],
         }
     }
 

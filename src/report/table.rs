@@ -1,7 +1,9 @@
 //! The summary for a person at a terminal.
 
 use crate::report::number::{bytes, count, duration, fine_percent, long, percent, short};
-use crate::report::{AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics};
+use crate::report::{
+    AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics, without,
+};
 use crate::units::Lumens;
 
 /// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times.
@@ -27,6 +29,12 @@ pub fn table(results: &Results) -> String {
         lines.push(String::new());
         let head = ["sensor", "E, lx", "σ, lx", "target, lx", ""];
         lines.extend(columns(head, results.sensors.iter().map(sensor)));
+    }
+    let without = without::lines(results);
+    if !without.is_empty() {
+        lines.push(String::new());
+        lines.push("without a value".into());
+        lines.extend(without.iter().map(|line| format!("  {line}")));
     }
     if !results.images.is_empty() {
         lines.push(String::new());

@@ -24,6 +24,7 @@ fn map(name: &str, cells: [usize; 2], value: impl Fn(usize, usize) -> f64) -> Il
         direct: None,
         standard_error: values.iter().map(|e| 0.01 * known(e)).collect(),
         has_value: values.iter().map(|e| !e.is_nan()).collect(),
+        standing: Vec::new(),
         outlines: vec![vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]]],
         groups: Vec::new(),
         areas: vec![],
@@ -61,6 +62,7 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         standard_error: 1.25,
         target,
         has_value,
+        standing: if has_value { Standing::Place } else { Standing::Dark },
         groups: Vec::new(),
     }
 }

@@ -1,0 +1,270 @@
+//! Whether light can arrive at a point at all.
+//!
+//! A grid point inside a table leg has no illuminance: it is no place. Which points are such is asked of space, not of
+//! normals that meshes rarely keep in order, and not of luck: points of one receiver that see each other are one part of
+//! space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has come to
+//! (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed body stands
+//! between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a hole of three
+//! millimetres asks for show a way.
+
+mod flood;
+mod probes;
+mod shells;
+mod walks;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::receiver::Receiver;
+use crate::embree::RayCaster;
+use crate::luminaire::emit::Front;
+use crate::photon::random::{Seed, Stream};
+use crate::scene::{Material, Scene};
+use shells::Shells;
+
+/// What is nearer in front of a point than this part of its spacing covers it.
+const COVERS: f32 = 0.01;
+/// Ways towards light that are tried from each point, and from each part of space that these leave.
+const POINT_TRIES: u32 = 4;
+const PART_TRIES: u32 = 64;
+/// Walks that are tried before anything is proved, and the most bounces of each.
+const SHORT_WALKS: u32 = 16;
+const SHORT: u32 = 16;
+/// Bounces of the long walks.
+const LONG: u32 = 512;
+/// The hole that long walks shall find, m, and how often they should have met it; smaller ones are found at their rims.
+const HOLE: f64 = 3e-3;
+const MEETINGS: f64 = 4.0;
+/// Bounces spent on one part at least and at most, and on all.
+const FEWEST: f64 = 2e3;
+const MOST: f64 = 4e6;
+const MOST_IN_ALL: f64 = 1e7;
+/// Parts of that which are spent one after the other, and points that are kept of what they reach.
+const SHARES: [f64; 2] = [0.02, 1.0];
+const KEPT: usize = 64;
+/// Long walks that have to arrive: in narrow cavities rounding lets one of some millions of rays slip through a corner.
+const ARRIVALS: usize = 2;
+
+/// Why a point has a value, or none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Standing {
+    /// Light can arrive: it has a value, be it 0.
+    #[default]
+    Place,
+    /// Something opaque lies on it, nearer than a hundredth of the spacing of points.
+    Covered,
+    /// A closed body stands between it and every luminaire: it is inside, or the luminaires are.
+    Inside,
+    /// No closed body is known, but no way for light was found.
+    Dark,
+}
+
+impl Standing {
+    /// The reasons for having no value, in the order in which they are told.
+    pub const WITHOUT_VALUE: [Self; 3] = [Self::Inside, Self::Covered, Self::Dark];
+
+    /// Whether it has a value.
+    pub fn is_place(self) -> bool {
+        self == Self::Place
+    }
+
+    /// The reason in words.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Place => "light can arrive",
+            Self::Covered => "covered",
+            Self::Inside => "shut off by a closed body",
+            Self::Dark => "no way for light found",
+        }
+    }
+}
+
+/// Points that are asked for.
+pub struct Points<'a> {
+    /// The receiver.
+    pub receiver: &'a Receiver,
+    /// Distance between the points of a grid, m; 0 where there is none.
+    pub spacing: f32,
+    /// Areas of the points, m², of a measured surface; else empty.
+    pub areas: &'a [f64],
+}
+
+impl Points<'_> {
+    /// How near something has to be in front of a point to cover it, m.
+    fn covered_within(&self, point: usize) -> f32 {
+        COVERS * self.areas.get(point).map_or(self.spacing, |area| area.sqrt() as f32)
+    }
+}
+
+/// Points of one receiver between which light can pass.
+struct Part {
+    receiver: usize,
+    points: Vec<u32>,
+}
+
+/// Tells the points of those parts of space that are decided; returns the others.
+fn settle(parts: Vec<Part>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<Part> {
+    let mut left = Vec::new();
+    for (part, decided) in parts.into_iter().zip(decided) {
+        if *decided {
+            part.points.iter().for_each(|&point| found[part.receiver][point as usize] = standing);
+        } else {
+            left.push(part);
+        }
+    }
+    left
+}
+
+/// Tells places from the insides of things.
+pub struct Reach<'a> {
+    scene: &'a Scene,
+    caster: &'a RayCaster,
+    fronts: Vec<Front>,
+    /// Light passes straight.
+    clear: Vec<bool>,
+    /// Light passes and is scattered.
+    translucent: Vec<bool>,
+    seed: Seed,
+    /// Whether light gets out of the scene, so that what else is outside may meet it.
+    open: bool,
+    /// Points in the air just off surfaces to which light has come.
+    lit: Vec<Vec3>,
+    /// The same of light that came through narrow openings.
+    through_gaps: Vec<Vec3>,
+}
+
+impl<'a> Reach<'a> {
+    /// Prepares the question for a scene; casts about 3·10⁴ rays.
+    pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
+        let mut reach = Self {
+            scene,
+            caster,
+            fronts: scene.luminaires.iter().map(Front::of).collect(),
+            clear: scene.materials.iter().map(Material::is_clear).collect(),
+            translucent: scene.materials.iter().map(Material::is_translucent).collect(),
+            seed,
+            open: false,
+            lit: Vec::new(),
+            through_gaps: Vec::new(),
+        };
+        reach.send_out();
+        reach
+    }
+
+    /// What every point of some receivers is. Where neither walks nor proofs decide, a part of space is a place if one of its
+    /// points `is_lit`, by receiver and point. Cost: one or two rays a point where light comes straight.
+    pub fn standings(
+        &mut self,
+        asked: &[Points<'_>],
+        is_lit: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Vec<Vec<Standing>> {
+        let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_look(asked)).collect();
+        let mut parts: Vec<Part> = Vec::new();
+        for (receiver, asked) in asked.iter().enumerate() {
+            parts.extend(self.flood(receiver, asked.receiver, &mut found[receiver]));
+        }
+        // The largest first: they have most of what may be spent. (The order of equals is kept.)
+        parts.sort_by_key(|part| std::cmp::Reverse(part.points.len()));
+        let of = |part: &Part| asked[part.receiver].receiver;
+        let near = self.all(&parts, |part| self.is_near_light(of(part), part));
+        let parts = settle(parts, &near, Standing::Place, &mut found);
+        if parts.is_empty() {
+            return found;
+        }
+        let scene = self.scene;
+        let shells = Shells::of(&scene.mesh, |material| !self.clear[material] && !self.translucent[material]);
+        let lamps = self.lamp_points();
+        let shut = self.all(&parts, |part| shells.shut_off(of(part).start(part.points[0] as usize), &lamps));
+        let parts = settle(parts, &shut, Standing::Inside, &mut found);
+        if parts.is_empty() {
+            return found;
+        }
+        self.look_through_gaps(&shells);
+        let arrive = self.walk_long(asked, &parts);
+        let parts = settle(parts, &arrive, Standing::Place, &mut found);
+        let is_lit = |part: &Part| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
+        let lit = self.all(&parts, is_lit);
+        settle(parts, &lit, Standing::Place, &mut found);
+        found
+    }
+
+    /// An answer for each part of space.
+    fn all(&self, parts: &[Part], verdict: impl Fn(&Part) -> bool + Sync + Send) -> Vec<bool> {
+        parts.par_iter().map(verdict).collect()
+    }
+
+    /// Which points are covered, and which see light at once; the others are dark as yet.
+    fn first_look(&self, asked: &Points<'_>) -> Vec<Standing> {
+        let receiver = asked.receiver;
+        let look = |point: usize| {
+            let start = receiver.start(point);
+            let within = asked.covered_within(point);
+            let mut stream = self.seed.stream(point as u64);
+            let covered = within > 0.0
+                && receiver.bodies().is_empty()
+                && !self.passes(start, receiver.normal_at(point), within)
+                && !self.sees_lamp(start, &mut stream); // what covers it may be a lamp that lights it
+            if covered {
+                return Standing::Covered;
+            }
+            let seen = (0..POINT_TRIES).any(|attempt| self.sees_light(start, attempt, &mut stream));
+            if seen { Standing::Place } else { Standing::Dark }
+        };
+        (0..receiver.len()).into_par_iter().with_min_len(64).map(look).collect()
+    }
+
+    /// Whether some ways and short walks from a part's points meet light.
+    fn is_near_light(&self, receiver: &Receiver, part: &Part) -> bool {
+        let mut stream = self.stream_of(part, 2);
+        let point = |attempt: u32| part.points[attempt as usize % part.points.len()] as usize;
+        (0..PART_TRIES).any(|attempt| self.sees_light(receiver.start(point(attempt)), attempt, &mut stream))
+            || (0..SHORT_WALKS).any(|walk| self.walk_from(receiver, point(walk), SHORT, &mut stream))
+    }
+
+    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short walks
+    /// come first; what they reach is lit for the others.
+    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[Part]) -> Vec<bool> {
+        let of = |part: &Part| asked[part.receiver].receiver;
+        let wanted = |part: &Part| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
+        let wanted: Vec<f64> = parts.iter().map(wanted).collect();
+        let mut arrived = vec![false; parts.len()];
+        let (mut left, mut round) = (MOST_IN_ALL, 0);
+        for share in SHARES {
+            let mut goes_on = true;
+            while goes_on {
+                goes_on = false;
+                for (index, part) in parts.iter().enumerate() {
+                    if arrived[index] {
+                        continue;
+                    }
+                    let bounces = (share * wanted[index]).clamp(FEWEST, MOST).min(left.max(FEWEST));
+                    arrived[index] = self.walks_arrive(of(part), part, bounces, round);
+                    if arrived[index] {
+                        let points = part.points.iter().take(KEPT);
+                        self.through_gaps.extend(points.map(|&point| of(part).start(point as usize)));
+                        goes_on = true;
+                    } else {
+                        left -= bounces;
+                    }
+                }
+                round += 1;
+            }
+        }
+        arrived
+    }
+
+    /// Whether [`ARRIVALS`] of some walks from a part's points arrive.
+    fn walks_arrive(&self, receiver: &Receiver, part: &Part, bounces: f64, round: u64) -> bool {
+        let walks = (bounces / f64::from(LONG)).ceil() as usize;
+        let arrives = |walk: &usize| {
+            let mut stream = self.stream_of(part, 6 + (round << 32) + *walk as u64);
+            self.walk_from(receiver, part.points[*walk % part.points.len()] as usize, LONG, &mut stream)
+        };
+        (0..walks).into_par_iter().filter(arrives).count() >= ARRIVALS
+    }
+
+    /// Random numbers for a part of space.
+    fn stream_of(&self, part: &Part, purpose: u64) -> Stream {
+        self.seed.branch(purpose).branch(part.receiver as u64).stream(u64::from(part.points[0]))
+    }
+}
