@@ -60,6 +60,7 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         rgb: None,
         standard_error: 1.25,
         target,
+        daylight: 0.0,
         has_value,
         groups: Vec::new(),
     }
