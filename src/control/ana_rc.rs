@@ -10,11 +10,13 @@
 //! The objective is as the laboratory's papers are commonly cited; the page with its formula was not readable for us:
 //! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met, else the
 //! squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds relative to the
-//! largest coefficient of a sensor, lowered where the luminaires above them could not give it what it asks for; what lies above target + tolerance counts like what lacks, where the scene gives a
-//! tolerance; that P of a luminaire's decision is what it draws itself (`power = "meter"`: the whole, as in the source), since
-//! the random changes of all others are noise in the whole; regression on all luminaires at once by recursive least squares
-//! with a random walk of the coefficients, since in a regression on one alone the others are noise too; and that a sensor which
-//! falls silent is taken to read what the regression predicts.
+//! largest coefficient of a sensor, and lowered where the luminaires above them together could not give it what it asks for;
+//! what lies above target + tolerance counts like what lacks, where the scene gives a tolerance, and a luminaire whose sensors
+//! have more too much than they lack, weighed by coefficients, goes down; that P of a luminaire's decision is what it draws
+//! itself (`power = "meter"`: the whole, as in the source), since the random changes of all others are noise in the whole;
+//! regression on all luminaires at once by recursive least squares with a random walk of the coefficients, since in a
+//! regression on one alone the others are noise too; and that a sensor which falls silent is taken to read what the regression
+//! predicts.
 
 use super::{Controller, Installation, Make, Observation};
 use crate::error::InputError;
@@ -224,7 +226,15 @@ impl AnaRc {
             let lacks = |sensors: &[usize], least: f64| {
                 sensors.iter().any(|&sensor| lack(sensor).is_some_and(|lack| lack > least))
             };
-            let [from, to] = if lacks(own, 0.0) || lacks(&counts[luminaire], margin) {
+            // Which way all its sensors together pull: what they lack, and what they have beyond their tolerance.
+            let pull = |&sensor: &usize| {
+                let beyond = seen.sensors[sensor].tolerance.unwrap_or(f64::INFINITY);
+                let lack = lack(sensor).unwrap_or(0.0);
+                self.regression.coefficients[sensor][luminaire].max(0.0) * (lack.max(0.0) - (-lack - beyond).max(0.0))
+            };
+            let [from, to] = if counts[luminaire].iter().map(pull).sum::<f64>() < 0.0 {
+                self.parameters.down
+            } else if lacks(own, 0.0) || lacks(&counts[luminaire], margin) {
                 self.parameters.up
             } else if lacks(own, -margin) {
                 self.parameters.both

@@ -28,12 +28,13 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Of E that is known within ± `doubt` (lx), for the least and the most that is welcome.
-    pub fn of(lux: f64, doubt: f64, band: [f64; 2]) -> Self {
+    /// Of E that is known within ± `error` (lx), for the least and the most that is welcome. Met is a target only where E is
+    /// above it by `spare`, which is more than the error if renders that check it are to find the same.
+    pub fn of(lux: f64, spare: f64, error: f64, band: [f64; 2]) -> Self {
         let [least, most] = band;
-        if is_within(lux - doubt, [least, f64::INFINITY]) && is_within(lux + doubt, [0.0, most]) {
+        if is_within(lux - spare, [least, f64::INFINITY]) && is_within(lux + error, [0.0, most]) {
             Self::Met
-        } else if !reaches(lux + doubt, least) || !is_within(lux - doubt, [f64::NEG_INFINITY, most]) {
+        } else if !reaches(lux + error, least) || !is_within(lux - error, [f64::NEG_INFINITY, most]) {
             Self::Missed
         } else {
             Self::Undecided
@@ -77,15 +78,16 @@ mod tests {
     #[test]
     fn on_the_target_and_on_its_tolerance_is_met() {
         for lux in [500.0, 550.0, 500.0 * (1.0 - 1e-9), 550.0 * (1.0 + 1e-9), 0.1 + 549.9] {
-            assert_eq!(Verdict::of(lux, 0.0, [500.0, 550.0]), Verdict::Met, "{lux}");
+            assert_eq!(Verdict::of(lux, 0.0, 0.0, [500.0, 550.0]), Verdict::Met, "{lux}");
         }
         for (lux, verdict) in
             [(499.9, Verdict::Missed), (550.1, Verdict::Missed), (510.0, Verdict::Met), (501.0, Verdict::Undecided)]
         {
             let doubt = if lux == 501.0 { 2.0 } else { 0.0 };
-            assert_eq!(Verdict::of(lux, doubt, [500.0, 550.0]), verdict, "{lux}");
+            assert_eq!(Verdict::of(lux, doubt, doubt, [500.0, 550.0]), verdict, "{lux}");
         }
-        assert_eq!(Verdict::of(549.0, 2.0, [500.0, 550.0]), Verdict::Undecided);
-        assert_eq!(Verdict::of(0.0, 0.0, [0.0, f64::INFINITY]), Verdict::Met);
+        assert_eq!(Verdict::of(549.0, 2.0, 2.0, [500.0, 550.0]), Verdict::Undecided);
+        assert_eq!(Verdict::of(502.0, 3.0, 1.0, [500.0, 550.0]), Verdict::Undecided);
+        assert_eq!(Verdict::of(0.0, 0.0, 0.0, [0.0, f64::INFINITY]), Verdict::Met);
     }
 }

@@ -77,6 +77,7 @@ pub fn write(
             influence: matrix.lux[number].clone(),
             error: matrix.standard_error[number].clone(),
             told: known.told[number].clone(),
+            noise: known.noise_of_renders(number),
             offset: place.daylight,
             target: place.target,
             tolerance: place.tolerance,

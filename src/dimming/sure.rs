@@ -28,15 +28,15 @@ pub struct Known {
     pub mean: Influence,
     /// Of each sensor, for each render: what it took from the covariance of the row, as the vector u of Σ − u uᵀ.
     pub told: Vec<Vec<Vec<f64>>>,
-    /// Standard error (1 σ) of each sensor in the last render, lx.
-    noise: Vec<Option<f64>>,
+    /// Squared standard errors of each sensor in the renders, lx², and how many there were: each alone is uncertain itself.
+    noise: Vec<(f64, u32)>,
 }
 
 impl Known {
     /// The matrix alone.
     pub fn new(matrix: &Influence) -> Self {
         let sensors = matrix.sensors.len();
-        Self { mean: matrix.clone(), told: vec![Vec::new(); sensors], noise: vec![None; sensors] }
+        Self { mean: matrix.clone(), told: vec![Vec::new(); sensors], noise: vec![(0.0, 0); sensors] }
     }
 
     /// Standard error (1 σ) of E at a sensor, lx. Cost: O(luminaires × renders).
@@ -47,17 +47,29 @@ impl Known {
         (squares(&self.mean.standard_error[sensor]) - taken).max(0.0).sqrt()
     }
 
-    /// Standard error (1 σ) of a sensor in a render with these levels, lx: as in the last one, else as in the run that found the
-    /// matrix.
+    /// Standard error (1 σ) of a sensor in a render with these levels, lx: as in those there were, else as in the run that found
+    /// the matrix.
     fn noise(&self, sensor: usize, levels: &[f64]) -> f64 {
-        self.noise[sensor].unwrap_or_else(|| self.error(sensor, levels))
+        self.noise_of_renders(sensor).unwrap_or_else(|| self.error(sensor, levels))
+    }
+
+    /// Standard error (1 σ) of a sensor in the renders, lx; nothing where there were none.
+    pub fn noise_of_renders(&self, sensor: usize) -> Option<f64> {
+        let (squares, count) = self.noise[sensor];
+        (count > 0).then(|| (squares / f64::from(count)).sqrt())
     }
 
     /// Takes in what a render with these levels reads without daylight: E and standard error of each sensor, lx, where it has a
     /// value. Where readings contradict the matrix by more than both claim, its errors are taken for so much larger.
     pub fn learn(&mut self, levels: &[f64], readings: &[Option<(f64, f64)>]) {
+        for ((squares, count), (_, noise)) in
+            self.noise.iter_mut().zip(readings).filter_map(|(sum, r)| Some((sum, (*r)?)))
+        {
+            *squares += noise * noise;
+            *count += 1;
+        }
         let square = |(sensor, reading): (usize, &Option<(f64, f64)>)| {
-            let (lux, noise) = (*reading)?;
+            let (lux, noise) = ((*reading)?.0, self.noise(sensor, levels));
             let off = lux + self.mean.sensors[sensor].daylight - self.mean.illuminance(sensor, levels);
             let variance = self.error(sensor, levels).powi(2) + noise * noise;
             (variance > 0.0).then(|| off * off / variance)
@@ -67,14 +79,14 @@ impl Known {
         for (sensor, reading) in readings.iter().enumerate() {
             self.mean.standard_error[sensor].iter_mut().for_each(|error| *error *= excess);
             self.told[sensor].iter_mut().flatten().for_each(|part| *part *= excess);
-            if let Some((lux, noise)) = *reading {
-                self.correct(sensor, levels, lux, noise);
+            if let Some((lux, _)) = *reading {
+                self.correct(sensor, levels, lux);
             }
         }
     }
 
-    fn correct(&mut self, sensor: usize, levels: &[f64], lux: f64, noise: f64) {
-        self.noise[sensor] = Some(noise);
+    fn correct(&mut self, sensor: usize, levels: &[f64], lux: f64) {
+        let noise = self.noise(sensor, levels);
         let variance = self.error(sensor, levels).powi(2) + noise * noise;
         if variance <= 0.0 {
             return;
@@ -114,25 +126,26 @@ impl Known {
         asking
     }
 
-    /// What can be said of each sensor's target, at `z` σ; nothing where there is none.
+    /// What can be said of each sensor's target, at `z` σ; nothing where there is none. Met is one that a further render finds
+    /// reached, by what isn't known and by its own noise together.
     pub fn verdicts(&self, levels: &[f64], z: f64) -> Vec<Option<Verdict>> {
         let verdict = |sensor: usize| {
-            let (lux, doubt) = (self.mean.illuminance(sensor, levels), z * self.error(sensor, levels));
-            Some(Verdict::of(lux, doubt, self.mean.sensors[sensor].band()?))
+            let (lux, error) = (self.mean.illuminance(sensor, levels), self.error(sensor, levels));
+            let spare = error.hypot(self.noise(sensor, levels));
+            Some(Verdict::of(lux, z * spare, z * error, self.mean.sensors[sensor].band()?))
         };
         (0..self.mean.sensors.len()).map(verdict).collect()
     }
 
-    /// Whether a further render would find every target reached, at `z` σ of what is known and of its own noise together; but
-    /// for targets that are out of reach.
-    pub fn holds(&self, levels: &[f64], z: f64) -> bool {
-        let margins = self.margins(levels, z);
-        (0..self.mean.sensors.len()).all(|sensor| {
-            let Some([target, most]) = self.mean.sensors[sensor].band() else { return true };
-            let (lux, error) = (self.mean.illuminance(sensor, levels), self.error(sensor, levels));
-            let [low, high] = margins[sensor];
-            let low = low.min(z * error.hypot(self.noise(sensor, levels)));
-            is_within(lux, [target + low, most - high]) || !met::reaches(self.mean.most(sensor) + low, target)
+    /// Whether every target is met, but for those that are out of reach.
+    fn holds(&self, levels: &[f64], z: f64) -> bool {
+        self.verdicts(levels, z).iter().enumerate().all(|(sensor, verdict)| {
+            match (verdict, self.mean.sensors[sensor].band()) {
+                (Some(Verdict::Missed | Verdict::Undecided), Some([target, _])) => {
+                    !met::reaches(self.mean.most(sensor) + z * self.error(sensor, levels), target)
+                }
+                _ => true,
+            }
         })
     }
 }

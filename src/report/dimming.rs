@@ -78,7 +78,7 @@ impl Found<'_> {
         let (matrix, answer) = (&self.known.mean, &self.sure.answer);
         let (unit, full) = (matrix.power_unit(), matrix.full_power());
         let saved = if full > 0.0 { 1.0 - answer.power / full } else { 0.0 };
-        let met = if self.all_met() { "saved" } else { "less, but not all targets are met" };
+        let met = if self.all_met() { "saved" } else { "less, but not all targets are surely met" };
         let mut lines = vec![format!(
             "power  {} {unit} of {} {unit} at full output: {} % {met}",
             short(answer.power),
@@ -87,15 +87,15 @@ impl Found<'_> {
         )];
         let margin = answer.power - self.sure.bare;
         if margin > 1e-4 * full {
+            let by = match self.renders {
+                0 => "the matrix alone".to_owned(),
+                1 => "matrix and a render".to_owned(),
+                renders => format!("matrix and {renders} renders"),
+            };
+            let confidence = short(self.confidence);
             lines.push(format!(
-                "       {} {unit} of it are the margin: all targets together are met with {} % confidence, {}",
-                short(margin),
-                short(self.confidence),
-                match self.renders {
-                    0 => "by the matrix alone".to_owned(),
-                    1 => "after a render".to_owned(),
-                    renders => format!("after {renders} renders"),
-                }
+                "       {} {unit} of it are the margin for {confidence} % confidence, by {by}",
+                short(margin)
             ));
         }
         if unit == "lm" {

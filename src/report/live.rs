@@ -123,6 +123,8 @@ pub struct Sensor {
     pub error: Vec<f64>,
     /// What renders took from the covariance of the influence, as vectors u of Σ − u uᵀ: see [`crate::dimming::sure`].
     pub told: Vec<Vec<f64>>,
+    /// Standard error (1 σ) of a render that checks it, lx; as of the influence where nothing is said.
+    pub noise: Option<f64>,
     /// Light that does not dim, lx.
     pub offset: f64,
     /// Illuminance asked for, lx.
@@ -321,6 +323,7 @@ struct SensorData<'a> {
     name: &'a str,
     position: [f64; 3],
     plane: Option<usize>,
+    noise: Option<f64>,
     offset: f64,
     target: Option<f64>,
     tolerance: Option<f64>,
@@ -328,8 +331,16 @@ struct SensorData<'a> {
 
 impl<'a> SensorData<'a> {
     fn of(sensor: &'a Sensor) -> Self {
-        let Sensor { name, position, plane, offset, target, tolerance, .. } = sensor;
-        Self { name, position: *position, plane: *plane, offset: *offset, target: *target, tolerance: *tolerance }
+        let Sensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
+        Self {
+            name,
+            position: *position,
+            plane: *plane,
+            noise: *noise,
+            offset: *offset,
+            target: *target,
+            tolerance: *tolerance,
+        }
     }
 }
 

@@ -197,12 +197,18 @@ function putBack(sensor) {
 /** Lux that count as reached: what rounding to the page's steps may cost. */
 const SLACK = 0.05;
 
+/** By how much a sensor has to be above its target, lx, so that a render that checks it finds it met; and below the most allowed. */
+function margins(sensor, levels) {
+  const error = errorOf(sensor, levels);
+  return [scene.sigmas * Math.hypot(error, sensor.noise ?? error), scene.sigmas * error];
+}
+
 /** "met", "low", "high" with the confidence asked for, "open" where the error is too large to say, "" without a target. */
 function state(sensor, levels) {
   if (sensor.target === null) return "";
-  const value = reading(sensor, levels), doubt = scene.sigmas * errorOf(sensor, levels);
+  const value = reading(sensor, levels), [spare, doubt] = margins(sensor, levels);
   const most = sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance;
   if (value + doubt < sensor.target - SLACK) return "low";
   if (value - doubt > most + SLACK) return "high";
-  return value - doubt >= sensor.target - SLACK && value + doubt <= most + SLACK ? "met" : "open";
+  return value - spare >= sensor.target - SLACK && value + doubt <= most + SLACK ? "met" : "open";
 }

@@ -284,29 +284,29 @@ const MARGIN_ROUNDS = 4;
  */
 function meetTargets(lamps, sensors, milliseconds) {
   const asked = sensors.filter(sensor => sensor.target !== null), each = milliseconds / MARGIN_ROUNDS;
-  const full = lamps.map(() => 1);
-  let margins = asked.map(() => 0), found = null;
+  const none = [0, 0], within = ([low, high], [most, least]) => low <= most && high <= least;
+  let moved = asked.map(() => none), found = null;
   for (let round = 0; round < MARGIN_ROUNDS; round++) {
-    found = solved(lamps, asked, margins, each);
-    const needed = asked.map(sensor => margin(sensor, found.levels));
-    if (needed.every((most, index) => most <= margins[index])) break;
-    // A little more than needed here, as levels move on; no more than full output could need.
-    margins = needed.map((most, index) => Math.min(1.03 * most, Math.max(margin(asked[index], full), most)));
+    found = solved(lamps, asked, moved, each);
+    const needed = asked.map(sensor => room(sensor, margins(sensor, found.levels)));
+    if (needed.every((own, index) => within(own, moved[index]))) break;
+    moved = needed.map(own => own.map(margin => 1.03 * margin)); // levels move on
   }
   return { ...found, short: shortOf(asked, found.levels) };
 }
 
-/** By how much a sensor has to be on the right side of its target, lx; at most to the middle of what is allowed. */
-function margin(sensor, levels) {
-  return Math.min(scene.sigmas * errorOf(sensor, levels), sensor.tolerance === null ? Infinity : 0.45 * sensor.tolerance);
+/** Margins, but no more of both together than nine tenths of the tolerance: where errors are larger, the middle is aimed at. */
+function room({ tolerance }, margins) {
+  const both = margins[0] + margins[1], most = tolerance === null ? Infinity : 0.9 * tolerance;
+  return both > most ? margins.map(margin => margin * most / both) : margins;
 }
 
 /** Levels of least power for targets moved by margins, the nearest to them where they can't be had. */
-function solved(lamps, asked, margins, milliseconds) {
+function solved(lamps, asked, moved, milliseconds) {
   const rows = asked.map((sensor, index) => ({
     row: sensor.row,
-    low: sensor.target - sensor.offset + margins[index],
-    high: sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance - sensor.offset - margins[index],
+    low: sensor.target - sensor.offset + moved[index][0],
+    high: sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance - sensor.offset - moved[index][1],
   }));
   const bare = rows.filter(({ row, low, high }) => {
     const most = row.reduce((sum, lux) => sum + Math.max(lux, 0), 0);
