@@ -513,7 +513,7 @@ fn all_off_is_dark_and_no_target_is_negative() {
     browser.evaluate("sensorRows[1].target.focus(); sensorRows[1].target.select()");
     browser.type_text("-5");
     browser.settle();
-    assert_eq!(browser.evaluate("scene.sensors[1].target"), json!(300.0));
+    assert_eq!(browser.evaluate("scene.sensors[1].target"), json!(300));
     assert!(text(&mut browser, "message").contains("found -5, expected 0 lx or more"));
     browser.screenshot(&folder.join("dark.png"));
     finish(&browser);

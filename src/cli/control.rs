@@ -46,7 +46,8 @@ const LARGEST: u64 = 16 << 20;
 ///   power = "own"              # a luminaire weighs its own power; "meter": that of all
 ///   counts = 0.2               # a sensor counts for luminaires from this share of its largest coefficient on; from less where
 ///                              # those together could not reach its target
-///   strong = 0.5               # such luminaires are strong for it, likewise: others are dimmed while the strong suffice
+///   strong = 0.5               # such luminaires are strong for it: others are dimmed while the strong suffice; where counts
+///                              # was lowered, all that count are strong
 ///   total = 0.6                # also strong: from this share of the largest sum of coefficients over needy sensors on
 ///   margin = 10                # lx: so far above its target a sensor has enough, so far below the weak help
 ///   down = [-0.06, 0.02]       # from … to, shares of full output: random steps of a luminaire that nobody needs,

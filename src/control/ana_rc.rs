@@ -173,8 +173,7 @@ impl AnaRc {
         Measured { levels: seen.levels.to_vec(), lux, fresh, power: seen.power, draws: seen.draws.to_vec() }
     }
 
-    /// For each luminaire the sensors that ask for something and on which it has at least a share of the largest influence,
-    /// or without whose light they can't have what they ask for; all that ask where nothing is known yet.
+    /// For each luminaire the sensors that ask for something and have it among their [`Self::neighbours`].
     fn influenced(&self, seen: &Observation<'_>, now: &Measured, share: f64) -> Vec<Vec<usize>> {
         let mut of = vec![Vec::new(); seen.levels.len()];
         for sensor in 0..self.regression.coefficients.len() {
@@ -187,8 +186,9 @@ impl AnaRc {
         of
     }
 
-    /// A sensor's luminaires: those with a share of the largest coefficient, and as many more, by their coefficients, as are
-    /// needed to reach the target with those at full output and all others off.
+    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full output and
+    /// without the others, would not reach the target, it takes as many more, by their coefficients, as are needed, and all of
+    /// them are strong. All where nothing is known yet.
     fn neighbours(&self, sensor: usize, target: f64, now: &Measured, share: f64) -> Vec<usize> {
         let row = &self.regression.coefficients[sensor];
         let mut order: Vec<usize> = (0..row.len()).collect();
@@ -199,12 +199,17 @@ impl AnaRc {
         let part = |luminaire: usize| row[luminaire].max(0.0);
         let mut reached = lux - order.iter().map(|&luminaire| part(luminaire) * now.levels[luminaire]).sum::<f64>();
         let wanted = target + self.parameters.margin;
-        let counts = |&luminaire: &usize| {
-            let is_needed = reached < wanted && row[luminaire] > 0.0;
+        let own = |luminaire: usize, share: f64| row[luminaire] >= share * largest;
+        let is_needed = |&luminaire: &usize| {
+            let needed = reached < wanted && row[luminaire] > 0.0;
             reached += part(luminaire);
-            is_needed || row[luminaire] >= share * largest
+            needed || own(luminaire, self.parameters.counts)
         };
-        order.into_iter().filter(counts).collect()
+        let needed: Vec<usize> = order.iter().copied().filter(is_needed).collect();
+        match needed.iter().all(|&luminaire| own(luminaire, self.parameters.counts)) {
+            true => order.into_iter().filter(|&luminaire| own(luminaire, share)).collect(),
+            false => needed,
+        }
     }
 
     /// Random next levels, each in the neighbourhood that its influence and the sensors' state call for.
