@@ -28,15 +28,22 @@ pub struct Known {
     pub mean: Influence,
     /// Of each sensor, for each render: what it took from the covariance of the row, as the vector u of Σ − u uᵀ.
     pub told: Vec<Vec<Vec<f64>>>,
-    /// Squared standard errors of each sensor in the renders, lx², and how many there were: each alone is uncertain itself.
-    noise: Vec<(f64, u32)>,
+    /// Squared standard errors of each sensor in the renders, lx², and how many there were.
+    squares: Vec<(f64, u32)>,
+    /// Standard error (1 σ) of each sensor in a render, lx, where there were some.
+    noise: Vec<Option<f64>>,
 }
 
 impl Known {
     /// The matrix alone.
     pub fn new(matrix: &Influence) -> Self {
         let sensors = matrix.sensors.len();
-        Self { mean: matrix.clone(), told: vec![Vec::new(); sensors], noise: vec![(0.0, 0); sensors] }
+        Self {
+            mean: matrix.clone(),
+            told: vec![Vec::new(); sensors],
+            squares: vec![(0.0, 0); sensors],
+            noise: vec![None; sensors],
+        }
     }
 
     /// Standard error (1 σ) of E at a sensor, lx. Cost: O(luminaires × renders).
@@ -50,24 +57,18 @@ impl Known {
     /// Standard error (1 σ) of a sensor in a render with these levels, lx: as in those there were, else as in the run that found
     /// the matrix.
     fn noise(&self, sensor: usize, levels: &[f64]) -> f64 {
-        self.noise_of_renders(sensor).unwrap_or_else(|| self.error(sensor, levels))
+        self.noise[sensor].unwrap_or_else(|| self.error(sensor, levels))
     }
 
     /// Standard error (1 σ) of a sensor in the renders, lx; nothing where there were none.
     pub fn noise_of_renders(&self, sensor: usize) -> Option<f64> {
-        let (squares, count) = self.noise[sensor];
-        (count > 0).then(|| (squares / f64::from(count)).sqrt())
+        self.noise[sensor]
     }
 
     /// Takes in what a render with these levels reads without daylight: E and standard error of each sensor, lx, where it has a
     /// value. Where readings contradict the matrix by more than both claim, its errors are taken for so much larger.
     pub fn learn(&mut self, levels: &[f64], readings: &[Option<(f64, f64)>]) {
-        for ((squares, count), (_, noise)) in
-            self.noise.iter_mut().zip(readings).filter_map(|(sum, r)| Some((sum, (*r)?)))
-        {
-            *squares += noise * noise;
-            *count += 1;
-        }
+        self.note_noise(levels, readings);
         let square = |(sensor, reading): (usize, &Option<(f64, f64)>)| {
             let (lux, noise) = ((*reading)?.0, self.noise(sensor, levels));
             let off = lux + self.mean.sensors[sensor].daylight - self.mean.illuminance(sensor, levels);
@@ -83,6 +84,33 @@ impl Known {
                 self.correct(sensor, levels, lux);
             }
         }
+    }
+
+    /// Standard errors of single renders are uncertain themselves: a sensor's own count as much as, for one render more, what
+    /// all sensors have as a share of their light.
+    fn note_noise(&mut self, levels: &[f64], readings: &[Option<(f64, f64)>]) {
+        for ((squares, count), reading) in self.squares.iter_mut().zip(readings) {
+            if let Some((_, noise)) = reading {
+                *squares += noise * noise;
+                *count += 1;
+            }
+        }
+        let light = |sensor: usize| {
+            let place = &self.mean.sensors[sensor];
+            (self.mean.illuminance(sensor, levels) - place.daylight).max(0.0)
+        };
+        let own = |sensor: usize| Some(self.squares[sensor]).filter(|(_, count)| *count > 0);
+        let share = |sensor: usize| {
+            let ((squares, count), light) = (own(sensor)?, light(sensor));
+            (light > 0.0).then(|| squares / f64::from(count) / (light * light))
+        };
+        let shares: Vec<f64> = (0..self.squares.len()).filter_map(share).collect();
+        let pooled = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+        let noise = |sensor: usize| {
+            let ((squares, count), light) = (own(sensor)?, light(sensor));
+            Some(((squares + pooled * light * light) / f64::from(count + 1)).sqrt())
+        };
+        self.noise = (0..self.squares.len()).map(noise).collect();
     }
 
     fn correct(&mut self, sensor: usize, levels: &[f64], lux: f64) {

@@ -14,6 +14,8 @@ const BOTTOM: f64 = 44.0;
 /// Height of a line of text, and mean width of a letter.
 const LINE: f64 = 15.0;
 const LETTER: f64 = 7.7;
+/// Width of a digit.
+const DIGIT: f64 = 8.3;
 
 /// How values become places.
 #[derive(Clone, Copy)]
@@ -177,8 +179,11 @@ pub(super) struct Chart {
 impl Chart {
     /// An empty chart with room for names of so many letters at its right.
     pub(super) fn new(x: Axis, y: Axis, letters: usize) -> Self {
-        let right = (14.0 + LETTER * letters as f64).clamp(20.0, 130.0);
-        Self { x, y, left: LEFT, right, height: HEIGHT, under: String::new(), over: String::new() }
+        let right = (14.0 + LETTER * letters as f64).clamp(28.0, 130.0);
+        let ticks = y.ticks(HEIGHT - TOP - BOTTOM, 18.0);
+        let texts = ticks.iter().filter(|(_, labelled)| *labelled).map(|(value, _)| y.text(*value).chars().count());
+        let left = (12.0 + DIGIT * texts.max().unwrap_or(0) as f64).max(LEFT);
+        Self { x, y, left, right, height: HEIGHT, under: String::new(), over: String::new() }
     }
 
     /// The same with room for names of so many letters at its left, and so high between its axes.

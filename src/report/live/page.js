@@ -360,7 +360,7 @@ function buildSensors() {
     back.addEventListener("click", () => returnHome(sensor));
     const value = html("td"), error = html("td", { className: "error" }), verdict = html("td", { className: "state" });
     const name = html("td", { title: sensor.tolerance === null ? sensor.name : `${sensor.name}: at most ${lux(sensor.tolerance)} lx above its target` }, sensor.name, back);
-    body.append(html("tr", {}, name, value, html("td", {}, target), verdict));
+    body.append(html("tr", {}, name, value, error, html("td", {}, target), verdict));
     sensorRows.push({ value, error, verdict, target, back });
   }
 }
