@@ -10,6 +10,7 @@ use luxmap::dimming::influence::{Dimmable, Place};
 use luxmap::dimming::{Goal, Influence, solve};
 use luxmap::luminaire::Supply;
 use luxmap::photon::random::Stream;
+use luxmap::report::control::{Simulation, json, page, table};
 
 /// Twelve lamps of 3000 lm, cos-shaped, 1.95 m above five desks: E = (Φ/π) h²/r⁴ of each, no walls. Power 0.5 W … 30 W.
 fn room(targets: [Option<f64>; 5]) -> Influence {
@@ -172,6 +173,108 @@ fn regression_coefficients_find_the_influence() {
             assert!((found - expected).abs() < 9.0, "coefficient {found:.1} lx, expected {expected:.1} lx");
         }
     }
+}
+
+/// Desk 1 asks for a share of what full output of all luminaires gives it.
+fn greedy(share: f64) -> Influence {
+    let mut room = room([None, None, None, None, Some(250.0)]);
+    let full = room.most(0);
+    room.sensors[0].target = Some(full * share);
+    room
+}
+
+/// What all luminaires together can do, the controller finds: a target of 95 % of full output, of which the luminaires above a
+/// fifth of the strongest bring less than 82 %. One out of reach is named, and nothing of it is called a saving.
+#[test]
+fn a_feasible_target_is_met_and_another_is_named() {
+    let feasible = greedy(0.95);
+    let row = &feasible.lux[0];
+    let strongest = row.iter().fold(0.0_f64, |most, lux| most.max(*lux));
+    let near: f64 = row.iter().filter(|lux| **lux >= 0.2 * strongest).sum();
+    assert!(near < 0.82 * feasible.most(0), "{near} lx of those that count by their share alone");
+    let text = "duration = 1200\nband = 10\n";
+    for seed in 0..5 {
+        let (_, phases) = run(text, &feasible, seed);
+        assert!(phases[0].out_of_reach.is_empty());
+        assert!(phases[0].met && phases[0].mean_miss < 10.0, "seed {seed}: {:?}", phases[0]);
+    }
+    let beyond = greedy(1.2);
+    let (series, phases) = run(text, &beyond, 0);
+    assert_eq!((phases[0].out_of_reach.as_slice(), phases[0].met), (&[0][..], false));
+    let script = script(text, &beyond);
+    let simulation = Simulation { influence: &beyond, script: &script, seed: 0, series: &series };
+    let summary: serde_json::Value = serde_json::from_str(&json(&simulation)).expect("JSON");
+    let phase = &summary["phases"][0];
+    assert_eq!((&phase["excess_percent"], &phase["targets_met"]), (&serde_json::Value::Null, &false.into()));
+    assert_eq!(phase["out_of_reach"][0], "desk 1");
+    let text = table(&simulation);
+    assert!(text.contains("targets missed") && !text.contains('−'), "{text}");
+    assert!(page(&simulation).contains("targets missed"));
+}
+
+/// Sits in the dark: least power, and no target met.
+struct Dark;
+
+impl Controller for Dark {
+    fn step(&mut self, seen: &Observation<'_>, _: &mut Stream) -> Vec<f64> {
+        vec![0.0; seen.levels.len()]
+    }
+}
+
+#[test]
+fn missed_targets_are_no_saving() {
+    let room = room(START);
+    let script = script("duration = 60", &room);
+    let series = simulate_with(&room, &script, 0, &mut Dark).unwrap_or_else(|error| panic!("{error}"));
+    let phases = phases(&series, &script);
+    assert!(!phases[0].met && phases[0].excess() < Some(0.0), "{:?}", phases[0]);
+    let simulation = Simulation { influence: &room, script: &script, seed: 0, series: &series };
+    assert!(table(&simulation).contains("targets missed") && !json(&simulation).contains("\"excess_percent\": -"));
+}
+
+/// The yardstick meets what it knows exactly, at least power: also where a sensor ends on target + tolerance, to rounding. One
+/// lamp for two desks of 3 : 2, the one asked to have at least 300 lx, the other no more than 150 + 50 lx.
+#[test]
+fn on_the_edge_of_its_tolerance_a_target_is_met() {
+    let mut room = room([Some(300.0), Some(150.0), None, None, None]);
+    room.luminaires.truncate(1);
+    room.lux = [300.0 / 0.7, 200.0 / 0.7, 1.0, 1.0, 1.0].map(|lux| vec![lux]).to_vec();
+    let (series, phases) = run("controller = \"optimum\"\nduration = 60\nband = 0\n", &room, 0);
+    let last = series.rows.last().expect("there are rows");
+    assert!((last.lux[1] - 200.0).abs() < 1e-3, "{} lx", last.lux[1]);
+    assert!(phases[0].met && phases[0].settled.is_some() && phases[0].out_of_reach.is_empty(), "{:?}", phases[0]);
+    assert!(phases[0].excess().expect("somebody is there").abs() < 1e-9);
+}
+
+/// 72 luminaires, 40 sensors: each name stands whole beside its row or chart, within the picture.
+#[test]
+fn a_large_room_keeps_its_labels() {
+    let mut room = room(START);
+    let (first, corner) = (room.luminaires[0].clone(), room.sensors[0].clone());
+    let lamp =
+        |number: usize| Dimmable { name: format!("open plan[{},{}]", number / 9 + 1, number % 9 + 1), ..first.clone() };
+    let desk = |number: usize| Place { name: format!("desk {}.{}", number / 8 + 1, number % 8 + 1), ..corner.clone() };
+    room.luminaires = (0..72).map(lamp).collect();
+    room.sensors = (0..40).map(desk).collect();
+    room.lux = (0..40).map(|desk| (0..72).map(|lamp| if lamp / 2 == desk { 300.0 } else { 5.0 }).collect()).collect();
+    let script = script("controller = \"uniform\"\nduration = 60", &room);
+    let series = simulate(&room, &script, 0).unwrap_or_else(|error| panic!("{error}"));
+    let page = page(&Simulation { influence: &room, script: &script, seed: 0, series: &series });
+    assert_eq!(page.matches("<figcaption>").count(), 2 + 40);
+    let notes: Vec<&str> = page.lines().filter(|line| line.contains("open plan[")).collect();
+    assert!(notes.len() >= 24, "{} rows have a name", notes.len());
+    let mut last = f64::NEG_INFINITY;
+    for note in notes {
+        let number = |key: &str| -> f64 {
+            let text = note.split(key).nth(1).and_then(|rest| rest.split('"').next()).expect("an attribute");
+            text.parse().expect("a number")
+        };
+        let (x, y) = (number(" x=\""), number(" y=\""));
+        // Text of 13 units is at most 0.6 as wide as high in the mean, and 14 apart.
+        assert!(x - 0.6 * 13.0 * 14.0 >= 0.0 && y - last >= 13.0, "{note}");
+        last = y;
+    }
+    assert!(!page.contains("page shows the first"), "all are shown");
 }
 
 /// With 5 lx of noise the targets still hold in the mean of a phase, and power is far below full output's.

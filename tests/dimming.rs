@@ -7,8 +7,11 @@ use std::f64::consts::PI;
 use common::files::Folder;
 use common::{room, scene, sensor};
 use luxmap::dimming::influence::{Dimmable, Place, tell_apart};
+use luxmap::dimming::met::sigmas;
+use luxmap::dimming::sure::{Known, Readings, solve_surely, verify};
 use luxmap::dimming::{Goal, Influence, Levels, solve};
 use luxmap::luminaire::Supply;
+use luxmap::photon::random::{Seed, Stream};
 use luxmap::render::{Settings, render};
 use luxmap::report::Results;
 use luxmap::scene::plan::{Method, Plan};
@@ -308,12 +311,17 @@ fn dim_finds_levels_that_render_confirms() {
     let (power, full) = (number(&found["power"]), number(&found["power_full"]));
     assert_eq!((full, found["power_unit"].as_str()), (60.0, Some("W")));
     assert!(power > 0.5 && power < full, "{power} W");
+    // By a margin: what is known of it, and the noise of a render, each at most 2.5 σ of 1 %.
     let sensor = &found["sensors"][0];
-    assert!((number(&sensor["lux"]) - 300.0).abs() < 0.01, "{sensor}");
+    let lux = number(&sensor["lux"]);
+    assert!((300.0..315.0).contains(&lux) && sensor["verdict"] == "met", "{sensor}");
     let (verified, error) = (number(&sensor["verified"]), number(&sensor["verified_stderr"]));
-    assert!((verified - 300.0).abs() < 4.0 * error.hypot(6.0), "{verified} ± {error} lx");
+    assert!((verified - lux).abs() < 4.0 * error.hypot(number(&sensor["stderr"])), "{verified} ± {error} lx");
+    let bare = number(&found["power_without_margin"]);
+    assert!(bare < power && power < 1.05 * bare, "{bare} W, with the margin {power} W");
 
-    folder.succeed(&["render", "room.toml", "-o", "again", "-q", "--dimming", "dim/dimming.json"]);
+    let seed = found["renders"].to_string();
+    folder.succeed(&["render", "room.toml", "-o", "again", "-q", "--dimming", "dim/dimming.json", "--seed", &seed]);
     let read = |path: &str| -> serde_json::Value {
         serde_json::from_slice(&std::fs::read(folder.path(path)).expect("a summary")).expect("JSON")
     };
@@ -322,6 +330,97 @@ fn dim_finds_levels_that_render_confirms() {
         read("dim/summary.json")["sensors"],
         "the same levels, the same bits"
     );
+}
+
+/// What is promised: renders with other seeds find every target reached, as surely as was asked. Nine checks at 99.9 %: one in
+/// a hundred tests would fail, had it been written for other seeds. The desk's target goes without daylight, the other's with it.
+#[test]
+fn levels_hold_in_renders_with_other_seeds() {
+    let folder = place("seeds");
+    let asked = SCENE.replace("daylight = 50", "daylight = 50\ntarget = 320\ntolerance = 60");
+    folder.write("room.toml", &asked);
+    for seed in ["1", "2", "3"] {
+        let out = format!("dim-{seed}");
+        folder.succeed(&["dim", "room.toml", "-o", &out, "-q", "--seed", seed, "--confidence", "99.9"]);
+        for check in 0..3 {
+            let (levels, check) = (format!("{out}/dimming.json"), format!("{seed}0{check}"));
+            folder.succeed(&[
+                "render",
+                "room.toml",
+                "-o",
+                "check",
+                "-q",
+                "--dimming",
+                &levels,
+                "--check",
+                "--seed",
+                &check,
+            ]);
+        }
+    }
+    // No levels give a desk more than all luminaires do: it is named, and the exit code says so.
+    folder.write("room.toml", &SCENE.replace("target = 300", "target = 3000"));
+    let output = folder.luxmap(&["dim", "room.toml", "-o", "beyond", "-q"]);
+    let (said, complaint) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        complaint.contains("sensor \"left\": target 3000 lx is not met") && complaint.lines().count() == 1,
+        "{complaint}"
+    );
+    assert!(said.contains("missed") && !said.contains("saved"), "{said}");
+}
+
+/// A normal deviate of a test's own stream (Box and Muller).
+fn normal(stream: &mut Stream) -> f64 {
+    let [radius, turn] = [stream.uniform(), stream.uniform()].map(f64::from);
+    (-2.0 * (1.0 - radius).ln()).sqrt() * (2.0 * PI * turn).cos()
+}
+
+/// The promise over many rooms: a matrix with errors of 2 %, renders with 1 %, and further renders that check. The share of those
+/// that find every target reached is 95 % or more; of 300 it is lower than 91 % by chance in one of a thousand tests. Without the
+/// margin, each of two desks that get no more than they must is below its target in every other render.
+#[test]
+fn the_margin_covers_what_is_not_known() {
+    let truth = vec![vec![300.0, 120.0, 40.0], vec![60.0, 150.0, 250.0]];
+    let supplies = || (0..3).map(|_| supply(0.0, 0.0, &[[0.0, 0.0], [1.0, 30.0]])).collect::<Vec<_>>();
+    let asked = [(350.0, None), (330.0, Some(100.0))];
+    let exact = matrix(truth.clone(), supplies(), &asked);
+    let z = sigmas(0.95, 2);
+    let (mut held, mut bare_held, mut cost) = (0, 0, 0.0);
+    for trial in 0..300 {
+        let mut stream = Seed(trial).stream(0);
+        let mut found = exact.clone();
+        for (row, errors) in found.lux.iter_mut().zip(&mut found.standard_error) {
+            for (lux, error) in row.iter_mut().zip(errors) {
+                *error = 0.02 * *lux;
+                *lux += *error * normal(&mut stream);
+            }
+        }
+        let read = |levels: &[f64], stream: &mut Stream| -> Vec<Option<(f64, f64)>> {
+            let of = |sensor: usize| {
+                let light = exact.illuminance(sensor, levels) - exact.sensors[sensor].daylight;
+                Some((light * (1.0 + 0.01 * normal(stream)), 0.01 * light))
+            };
+            (0..2).map(of).collect()
+        };
+        let mut known = Known::new(&found);
+        let sure = solve_surely(&known, Goal::LeastPower, z).expect("a problem");
+        let mut render = |levels: &[f64], _: u64| Ok(Readings { of: read(levels, &mut stream), go_on: true });
+        let (sure, renders) = verify(&mut known, Goal::LeastPower, z, sure, &mut render).expect("no error");
+        assert!((1..=6).contains(&renders));
+        let mut check = |levels: &[f64]| {
+            let reading = read(levels, &mut stream);
+            (0..2).all(|sensor| reading[sensor].expect("a value").0 + 10.0 >= asked[sensor].0)
+        };
+        held += u32::from(check(&sure.answer.levels));
+        bare_held += u32::from(check(&solve(&found, Goal::LeastPower).expect("a problem").levels));
+        cost += (sure.answer.power / solve(&exact, Goal::LeastPower).expect("a problem").power - 1.0) / 300.0;
+    }
+    println!("targets held in {held} of 300, without a margin in {bare_held}; margin {:.1} %", 100.0 * cost);
+    assert!(held >= 273, "{held} of 300");
+    assert!(bare_held < 150, "{bare_held} of 300 without a margin");
+    // At most z times both errors, 2 % and 1 %, doubled.
+    assert!(cost < 2.0 * z * 0.03, "{cost}");
 }
 
 #[test]
@@ -373,6 +472,8 @@ fn bad_input_is_one_line() {
     folder.write("bad.toml", &SCENE.replace("position = [0.8, 1.5, 0.75]", "position = [0.8, 1.5, -1]"));
     let found = folder.refused(&["dim", "bad.toml", "-q"]);
     assert!(found.contains("sensor \"left\": found target = 300 where no luminaire's light arrives"), "{found}");
+    let found = folder.refused(&["dim", "room.toml", "-q", "--confidence", "100"]);
+    assert!(found.contains("expected 50 % to 99.9999 %"), "{found}");
     folder.write("bad.toml", &SCENE.replace("target = 300\n", ""));
     let found = folder.refused(&["dim", "bad.toml", "-q"]);
     assert!(found.contains("found no target, expected a [[sensor]] with target = 500 (lx)"), "{found}");

@@ -36,6 +36,26 @@ const LARGEST: u64 = 16 << 20;
 ///   [[event]]
 ///   at = 1200
 ///   daylight = 100             # of all sensors, lx
+///
+/// Parameters, each with its default; coefficients are those of the regression of a sensor's illuminance on luminaires' levels:
+///
+///   [uniform]
+///   gain = 0.2                 # share of what lacks that a step makes up for
+///   [ana-rc]
+///   weight = 0.33              # a miss of 10 lx costs so many times the power of a mean luminaire at full output
+///   power = "own"              # a luminaire weighs its own power; "meter": that of all
+///   counts = 0.2               # a sensor counts for luminaires from this share of its largest coefficient on; from less where
+///                              # those together could not reach its target
+///   strong = 0.5               # such luminaires are strong for it: others are dimmed while the strong suffice; where counts
+///                              # was lowered, all that count are strong
+///   total = 0.6                # also strong: from this share of the largest sum of coefficients over needy sensors on
+///   margin = 10                # lx: so far above its target a sensor has enough, so far below the weak help
+///   down = [-0.06, 0.02]       # from … to, shares of full output: random steps of a luminaire that nobody needs,
+///   both = [-0.03, 0.03]       # of one whose sensors have what they ask for,
+///   up = [-0.02, 0.06]         # of one with a sensor that lacks light
+///   prior = 200                # lx at full output: how large coefficients may be before anything is measured
+///   noise = 3                  # lx: noise of a difference of readings (1 σ)
+///   drift = 0.7                # lx at full output: how far a coefficient may wander in one search operation (1 σ)
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Arguments {

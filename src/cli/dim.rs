@@ -1,20 +1,27 @@
-//! `luxmap dim`: levels that reach every target at least power.
+//! `luxmap dim`: levels that reach every target at least power, surely.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
 use super::influence::Found;
 use super::render::{self, Job, layers};
-use super::signals::end_after_pass;
+use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, influence, print, results_folder};
-use crate::dimming::{Answer, Goal, Influence, Levels, page, solve};
+use crate::dimming::influence::Place;
+use crate::dimming::met::{CONFIDENCE, sigmas};
+use crate::dimming::sure::{Known, Readings, Sure, solve_surely};
+use crate::dimming::{Goal, Influence, Levels, Verdict, page, sure};
 use crate::error::Error;
 use crate::render::Keeping;
-use crate::report::{self, Claim, Results, dimming};
+use crate::report::dimming::{Found as Reported, dimming};
+use crate::report::{self, Claim, Results};
 use crate::scene::Dimming;
 
-/// Find dimming levels that reach every sensor's target at least power, and verify them by a render.
+/// Find dimming levels that reach every sensor's target at least power, and verify them by renders.
+///
+/// Each target is reached by a margin that covers the errors of matrix and render, so that a later render finds them all
+/// reached; what the margin costs is told.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Arguments {
@@ -23,12 +30,20 @@ pub(super) struct Arguments {
     /// The matrix that luxmap influence has written for this scene, instead of computing it.
     #[arg(long, value_name = "FILE")]
     influence: Option<PathBuf>,
-    /// Come as close to the targets as can be, above as below, instead of reaching them at least power.
+    /// Come as close to the targets as can be, above as below, instead of reaching them at least power; without a margin.
     #[arg(long)]
     closest: bool,
-    /// Don't verify the levels by a render.
+    /// How sure it must be that all targets are reached, %, from 50 to 99.9999 [default: 95].
+    #[arg(long, value_name = "PCT", value_parser = confidence, allow_negative_numbers = true)]
+    confidence: Option<f64>,
+    /// Don't verify the levels by renders.
     #[arg(long)]
     no_verify: bool,
+}
+
+fn confidence(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number of percent".to_owned())?;
+    if (50.0..=99.9999).contains(&value) { Ok(value) } else { Err("expected 50 % to 99.9999 %".into()) }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
@@ -42,115 +57,158 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             (found.influence.clone(), Some(found))
         }
     };
+    let confidence = arguments.confidence.unwrap_or(100.0 * CONFIDENCE);
+    let asked = matrix.sensors.iter().filter(|sensor| sensor.target.is_some()).count();
     let goal = if arguments.closest { Goal::Closest } else { Goal::LeastPower };
-    let answer = solve(&matrix, goal)?;
+    let sigmas = sigmas(confidence / 100.0, asked);
+    let mut known = Known::new(&matrix);
+    let mut sure = solve_surely(&known, goal, sigmas)?;
     let _claim = if found.is_none() { Some(Claim::of(&folder)?) } else { None };
-    let names = matrix.luminaires.iter().map(|luminaire| luminaire.name.clone());
-    let levels = Levels::new(names.zip(answer.levels.iter().copied()));
+    let dark = sure.answer.levels.iter().all(|level| *level <= 0.0);
+    let (mut verified, mut renders) = (None, 0);
+    if !arguments.no_verify && !dark {
+        (sure, renders) = verify(options, (&mut known, goal, sigmas), sure, &mut verified)?;
+    }
+    let reported = Reported {
+        known: &known,
+        sure: &sure,
+        verdicts: known.verdicts(&sure.answer.levels, sigmas),
+        verified: verified.as_ref(),
+        renders,
+        confidence,
+    };
 
     let mut written = matrix.write(&folder)?;
-    let dark = answer.levels.iter().all(|level| *level <= 0.0);
-    let verified = match arguments.no_verify || dark {
-        true => None,
-        false => {
-            let job = Job::dimmed(options, &Dimming::Levels(levels.clone()))?;
-            job.run(options.threads, options.quiet, &Keeping::default())?
-        }
-    };
     if let Some(results) = &verified {
         written.extend(report::write(results, &folder, &layers(&options.layers))?);
     }
-    let full = matrix.full_power();
-    let about = [
-        ("scene", json!(matrix.scene)),
-        ("power", json!(answer.power)),
-        ("power_full", json!(full)),
-        ("power_unit", json!(matrix.power_unit())),
-        ("power_bound", json!(answer.bound)),
-        ("sensors", sensors(&matrix, &answer, verified.as_ref())),
-    ];
     // Layers of the maps are known where the matrix was computed here.
     if let Some(Found { scene, results, .. }) = &found {
         let path = folder.join("live.html");
-        page::write(scene, &matrix, results, Some(&answer), &path)?;
+        page::write(scene, &known, sigmas, results, Some(&sure.answer), &path)?;
         written.push(path);
     }
-    let path = folder.join("dimming.json");
-    levels.write(&path, &about)?;
-    written.push(path);
-
+    written.push(write_levels(&reported, &folder)?);
     if options.json {
-        let mut object = serde_json::Map::from_iter(about.map(|(name, value)| (name.to_owned(), value)));
-        object.insert("dimming".into(), json!(levels.of));
+        let about = about(&reported).map(|(name, value)| (name.to_owned(), value));
+        let mut object = serde_json::Map::from_iter(about);
+        object.insert("dimming".into(), json!(named(&known.mean, &sure.answer.levels).of));
         print(&format!("{}\n", serde_json::to_string_pretty(&object).expect("levels are numbers")))?;
     } else {
-        print(&dimming::dimming(&matrix, &answer, verified.as_ref()))?;
+        print(&dimming(&reported))?;
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
-    }
-    for missed in &answer.missed {
-        let place = &matrix.sensors[missed.sensor];
-        complain(&format!(
-            "luxmap: sensor \"{}\": target {} lx is not met; {:.1} lx with these levels, {:.1} lx with all luminaires at full \
-             output",
-            place.name,
-            place.target.unwrap_or(0.0),
-            missed.reached,
-            missed.most,
-        ));
     }
     if dark {
         complain(
             "warning: every luminaire is off: the daylight alone reaches the targets, and there is nothing to verify",
         );
     }
-    let mut short = false;
-    for (place, reading, off) in verified.iter().flat_map(|results| misses(&matrix, &answer, results)) {
-        short = true;
-        complain(&format!(
-            "luxmap: sensor \"{}\": the render with these levels reads {:.1} ± {:.1} lx, {off:.1} lx from what the target allows",
-            matrix.sensors[place].name, reading.0, reading.1,
-        ));
-    }
+    let short = tell_missed(&reported, goal);
     Ok(match Outcome::of_interruption() {
-        Outcome::Done if short || !answer.missed.is_empty() => Outcome::Missed,
+        Outcome::Done if short => Outcome::Missed,
         outcome => outcome,
     })
 }
 
-/// What the sensors read by the matrix, and in the render that verifies it.
-fn sensors(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> serde_json::Value {
-    let sensor = |number: usize| {
-        let place = &matrix.sensors[number];
-        let reading = verified.and_then(|results| results.sensor(&place.name));
-        json!({
-            "name": place.name,
-            "target": place.target,
-            "tolerance": place.tolerance,
-            "daylight": place.daylight,
-            "lux": matrix.illuminance(number, &answer.levels),
-            "verified": reading.map(|reading| reading.illuminance + place.daylight),
-            "verified_stderr": reading.map(|reading| reading.standard_error),
-            "most": matrix.most(number),
-        })
+/// Verifies levels by renders, each with a seed of its own; the last one is left in `verified`.
+fn verify(
+    options: &render::Arguments,
+    search: (&mut Known, Goal, f64),
+    sure: Sure,
+    verified: &mut Option<Results>,
+) -> Result<(Sure, u64), Error> {
+    let (known, goal, sigmas) = search;
+    let matrix = known.mean.clone();
+    let mut render = |levels: &[f64], number: u64| {
+        let job = Job::dimmed(options, &Dimming::Levels(named(&matrix, levels)))?.seeded_later(number);
+        let results = job.run(options.threads, options.quiet, &Keeping::default())?.expect("who is alone leads");
+        let reading = |place: &Place| {
+            let reading = results.sensor(&place.name).filter(|reading| reading.has_value)?;
+            Some((reading.illuminance, reading.standard_error))
+        };
+        let of = matrix.sensors.iter().map(reading).collect();
+        *verified = Some(results);
+        Ok(Readings { of, go_on: !interrupted() })
     };
-    (0..matrix.sensors.len()).map(sensor).collect()
+    sure::verify(known, goal, sigmas, sure, &mut render)
 }
 
-/// Sensors whose target the render contradicts by more than three standard errors of it and of the matrix: number, reading and
-/// its error, and by how much. Targets that no levels meet are told elsewhere.
-fn misses(matrix: &Influence, answer: &Answer, results: &Results) -> Vec<(usize, (f64, f64), f64)> {
-    let reading = |number: &usize| {
-        let place = &matrix.sensors[*number];
-        let ([target, most], reading) = (place.band()?, results.sensor(&place.name)?);
-        if answer.missed.iter().any(|missed| missed.sensor == *number) {
-            return None;
-        }
-        // Errors of a row's entries may all point the same way.
-        let rows = matrix.standard_error[*number].iter().zip(&answer.levels).map(|(error, level)| error * level);
-        let error = reading.standard_error.hypot(rows.sum());
-        let found = reading.illuminance + place.daylight;
-        let off = (target - found).max(found - most);
-        (off > 3.0 * error + 1e-6 * target).then_some((*number, (found, reading.standard_error), off))
-    };
-    (0..matrix.sensors.len()).collect::<Vec<_>>().iter().filter_map(reading).collect()
+/// Levels by the luminaires' names.
+fn named(matrix: &Influence, levels: &[f64]) -> Levels {
+    let names = matrix.luminaires.iter().map(|luminaire| luminaire.name.clone());
+    Levels::new(names.zip(levels.iter().copied()))
+}
+
+/// Writes `dimming.json`; returns its path.
+fn write_levels(reported: &Reported<'_>, folder: &Path) -> Result<PathBuf, Error> {
+    let path = folder.join("dimming.json");
+    named(&reported.known.mean, &reported.sure.answer.levels).write(&path, &about(reported))?;
+    Ok(path)
+}
+
+/// What there is to say beside the levels.
+fn about(reported: &Reported<'_>) -> [(&'static str, serde_json::Value); 9] {
+    let Reported { known, sure, confidence, renders, .. } = reported;
+    let matrix = &known.mean;
+    [
+        ("scene", json!(matrix.scene)),
+        ("power", json!(sure.answer.power)),
+        ("power_full", json!(matrix.full_power())),
+        ("power_unit", json!(matrix.power_unit())),
+        ("power_bound", json!(sure.answer.bound)),
+        ("power_without_margin", json!(sure.bare)),
+        ("confidence_percent", json!(confidence)),
+        ("renders", json!(renders)),
+        ("sensors", (0..matrix.sensors.len()).map(|number| sensor(reported, number)).collect()),
+    ]
+}
+
+/// What a sensor has by all that is known, and in the render that verifies it.
+fn sensor(reported: &Reported<'_>, number: usize) -> serde_json::Value {
+    let Reported { known, sure, verdicts, verified, .. } = reported;
+    let (place, levels) = (&known.mean.sensors[number], &sure.answer.levels);
+    let reading = verified.and_then(|results| results.sensor(&place.name));
+    json!({
+        "name": place.name,
+        "target": place.target,
+        "tolerance": place.tolerance,
+        "daylight": place.daylight,
+        "lux": known.mean.illuminance(number, levels),
+        "stderr": known.error(number, levels),
+        "verdict": verdicts[number].map(Verdict::word),
+        "verified": reading.map(|reading| reading.illuminance + place.daylight),
+        "verified_stderr": reading.map(|reading| reading.standard_error),
+        "most": known.mean.most(number),
+    })
+}
+
+/// Names sensors whose targets are not surely met; whether there are some.
+fn tell_missed(reported: &Reported<'_>, goal: Goal) -> bool {
+    let Reported { known, sure, verdicts, .. } = reported;
+    let mut short = false;
+    for (number, verdict) in verdicts.iter().enumerate() {
+        let place = &known.mean.sensors[number];
+        let (lux, error) =
+            (known.mean.illuminance(number, &sure.answer.levels), known.error(number, &sure.answer.levels));
+        let asked = match (place.target, place.tolerance) {
+            (Some(target), Some(tolerance)) => format!("{target} … {} lx", target + tolerance),
+            (target, _) => format!("{} lx", target.unwrap_or(0.0)),
+        };
+        let hopeless = sure.answer.missed.iter().any(|missed| missed.sensor == number);
+        let why = match verdict {
+            Some(Verdict::Missed) if hopeless => format!(
+                "target {asked} is not met: {lux:.1} ± {error:.1} lx with these levels, {:.1} lx with all luminaires at full \
+                 output",
+                known.mean.most(number)
+            ),
+            Some(Verdict::Missed) => format!("target {asked} is not met: {lux:.1} ± {error:.1} lx with these levels"),
+            Some(Verdict::Undecided) if goal == Goal::LeastPower => format!(
+                "target {asked} is not surely met: {lux:.1} ± {error:.1} lx with these levels; a smaller --error decides"
+            ),
+            _ => continue,
+        };
+        short = true;
+        complain(&format!("luxmap: sensor \"{}\": {why}", place.name));
+    }
+    short
 }

@@ -5,6 +5,8 @@ use std::path::Path;
 use super::render::{self, Job, layers};
 use super::signals::end_after_pass;
 use super::{Outcome, complain, print, results_folder};
+use crate::dimming::met::{CONFIDENCE, sigmas};
+use crate::dimming::sure::Known;
 use crate::dimming::{Influence, page};
 use crate::error::Error;
 use crate::render::Keeping;
@@ -28,7 +30,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
     written.extend(influence.write(&folder)?);
     written.push(folder.join("live.html"));
-    page::write(&scene, &influence, &results, None, &folder.join("live.html"))?;
+    let sigmas = sigmas(CONFIDENCE, influence.sensors.len());
+    page::write(&scene, &Known::new(&influence), sigmas, &results, None, &folder.join("live.html"))?;
     if arguments.json {
         print(&format!("{}\n", influence.json()))?;
     } else {

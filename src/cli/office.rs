@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     /// About how many panel luminaires, 1 to 20 for six desks; downlights over the aisles come on top [default: one each].
     #[arg(long, value_name = "N", value_parser = whole(1..=1_000_000))]
     luminaires: Option<u32>,
-    /// Mean illuminance the luminaires' flux is chosen for, lx; targets of the sensors.
+    /// Mean illuminance the luminaires' flux is chosen for, lx; sensors ask for 55 % of it, which every desk can have.
     #[arg(long, value_name = "LX", default_value_t = 500.0, allow_negative_numbers = true)]
     illuminance: f64,
     /// Grid step of the measuring planes, m.

@@ -10,6 +10,8 @@ use clap::{Args as _, FromArgMatches as _};
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Include, Outcome, complain, pool, print, results_folder};
+use crate::dimming::met::{CONFIDENCE, sigmas};
+use crate::dimming::sure::Known;
 use crate::dimming::{Influence, Levels, influence, page};
 use crate::error::Error;
 #[cfg(not(feature = "mpi"))]
@@ -21,6 +23,9 @@ use crate::report::{self, Claim, ExtraLayers, Results};
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{Dimming, Scene};
 use crate::state::file::Recipe;
+
+/// Passes that a matrix of influence takes at least, where no number is given: its standard errors decide on levels.
+const LEAST_PASSES: u32 = 4;
 
 /// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
 #[derive(clap::Args)]
@@ -237,7 +242,8 @@ fn live(arguments: &Arguments) -> Result<Outcome, Error> {
     let keeping = Keeping { checkpoint: arguments.checkpoint.as_deref(), ..Default::default() };
     let mut results = job.run(arguments.threads, arguments.quiet, &keeping)?.expect("who is alone leads");
     let matrix = Influence::of(&job.scene, groups, &results);
-    page::write(&job.scene, &matrix, &results, None, &folder.join("live.html"))?;
+    let sigmas = sigmas(CONFIDENCE, matrix.sensors.len());
+    page::write(&job.scene, &Known::new(&matrix), sigmas, &results, None, &folder.join("live.html"))?;
     if !groups_asked {
         results.run.groups.clear();
         results.maps.iter_mut().for_each(|map| map.groups.clear());
@@ -311,7 +317,15 @@ impl Job {
         let (mut scene, load_seconds) = load(&arguments.scene, &arguments.include, &Dimming::Full)?;
         let groups = influence::tell_apart(&mut scene);
         scene.render.groups = Some(true);
-        Ok((Self::of_scene(arguments, scene, load_seconds)?, groups))
+        let mut job = Self::of_scene(arguments, scene, load_seconds)?;
+        job.settings.least_passes = LEAST_PASSES;
+        Ok((job, groups))
+    }
+
+    /// The same with a later seed: by so many.
+    pub(super) fn seeded_later(mut self, by: u64) -> Self {
+        self.settings.seed = self.settings.seed.wrapping_add(by);
+        self
     }
 
     fn of_scene(arguments: &Arguments, mut scene: Scene, load_seconds: f64) -> Result<Self, Error> {
@@ -448,6 +462,7 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
         rays: arguments.rays.unwrap_or(defaults.rays),
         smooth: arguments.smooth.as_ref().map_or(defaults.smooth, |switch| switch == "on"),
         passes,
+        least_passes: 1,
         first_pass: arguments.first_pass,
         error: arguments.error.or(unlimited.then_some(if only_images { IMAGE_ERROR } else { 1.0 })),
         time: arguments.time,

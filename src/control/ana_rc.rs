@@ -10,11 +10,13 @@
 //! The objective is as the laboratory's papers are commonly cited; the page with its formula was not readable for us:
 //! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met, else the
 //! squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds relative to the
-//! largest coefficient of a sensor; what lies above target + tolerance counts like what lacks, where the scene gives a
-//! tolerance; that P of a luminaire's decision is what it draws itself (`power = "meter"`: the whole, as in the source), since
-//! the random changes of all others are noise in the whole; regression on all luminaires at once by recursive least squares
-//! with a random walk of the coefficients, since in a regression on one alone the others are noise too; and that a sensor which
-//! falls silent is taken to read what the regression predicts.
+//! largest coefficient of a sensor, and lowered where the luminaires above them together could not give it what it asks for;
+//! what lies above target + tolerance counts like what lacks, where the scene gives a tolerance, and a luminaire whose sensors
+//! have more too much than they lack, weighed by coefficients, goes down; that P of a luminaire's decision is what it draws
+//! itself (`power = "meter"`: the whole, as in the source), since the random changes of all others are noise in the whole;
+//! regression on all luminaires at once by recursive least squares with a random walk of the coefficients, since in a
+//! regression on one alone the others are noise too; and that a sensor which falls silent is taken to read what the regression
+//! predicts.
 
 use super::{Controller, Installation, Make, Observation};
 use crate::error::InputError;
@@ -32,7 +34,8 @@ pub struct Parameters {
     pub weight: f64,
     /// Whether a luminaire weighs the power of all, as the meter has it, instead of its own.
     pub meter: bool,
-    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on.
+    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on; from less
+    /// where those luminaires together would not reach the target.
     pub counts: f64,
     /// A luminaire is strong for a sensor from this share on: others are dimmed as long as the strong suffice.
     pub strong: f64,
@@ -170,29 +173,50 @@ impl AnaRc {
         Measured { levels: seen.levels.to_vec(), lux, fresh, power: seen.power, draws: seen.draws.to_vec() }
     }
 
-    /// For each luminaire the sensors that ask for something and on which it has at least a share of the largest influence;
-    /// all that ask where nothing is known yet.
-    fn influenced(&self, seen: &Observation<'_>, share: f64) -> Vec<Vec<usize>> {
+    /// For each luminaire the sensors that ask for something and have it among their [`Self::neighbours`].
+    fn influenced(&self, seen: &Observation<'_>, now: &Measured, share: f64) -> Vec<Vec<usize>> {
         let mut of = vec![Vec::new(); seen.levels.len()];
-        for (sensor, row) in self.regression.coefficients.iter().enumerate() {
-            if seen.sensors[sensor].target.is_none() {
-                continue;
-            }
-            let largest = row.iter().fold(0.0_f64, |most, coefficient| most.max(*coefficient));
-            for (of, coefficient) in of.iter_mut().zip(row) {
-                if largest <= 0.0 || *coefficient >= share * largest {
-                    of.push(sensor);
+        for sensor in 0..self.regression.coefficients.len() {
+            if let Some(target) = seen.sensors[sensor].target {
+                for luminaire in self.neighbours(sensor, target, now, share) {
+                    of[luminaire].push(sensor);
                 }
             }
         }
         of
     }
 
+    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full output and
+    /// without the others, would not reach the target, it takes as many more, by their coefficients, as are needed, and all of
+    /// them are strong. All where nothing is known yet.
+    fn neighbours(&self, sensor: usize, target: f64, now: &Measured, share: f64) -> Vec<usize> {
+        let row = &self.regression.coefficients[sensor];
+        let mut order: Vec<usize> = (0..row.len()).collect();
+        order.sort_by(|&a, &b| row[b].total_cmp(&row[a]).then(a.cmp(&b)));
+        let largest = row[order[0]];
+        let Some(lux) = now.lux[sensor].filter(|_| largest > 0.0) else { return order };
+        // What it reads with all that have a part in it off; then one after the other goes to full output.
+        let part = |luminaire: usize| row[luminaire].max(0.0);
+        let mut reached = lux - order.iter().map(|&luminaire| part(luminaire) * now.levels[luminaire]).sum::<f64>();
+        let wanted = target + self.parameters.margin;
+        let own = |luminaire: usize, share: f64| row[luminaire] >= share * largest;
+        let is_needed = |&luminaire: &usize| {
+            let needed = reached < wanted && row[luminaire] > 0.0;
+            reached += part(luminaire);
+            needed || own(luminaire, self.parameters.counts)
+        };
+        let needed: Vec<usize> = order.iter().copied().filter(is_needed).collect();
+        match needed.iter().all(|&luminaire| own(luminaire, self.parameters.counts)) {
+            true => order.into_iter().filter(|&luminaire| own(luminaire, share)).collect(),
+            false => needed,
+        }
+    }
+
     /// Random next levels, each in the neighbourhood that its influence and the sensors' state call for.
     fn next(&self, seen: &Observation<'_>, now: &Measured, stream: &mut Stream) -> Vec<f64> {
         let Parameters { margin, .. } = self.parameters;
-        let counts = self.influenced(seen, self.parameters.counts);
-        let strong = self.influenced(seen, self.parameters.strong);
+        let counts = self.influenced(seen, now, self.parameters.counts);
+        let strong = self.influenced(seen, now, self.parameters.strong);
         // What lacks, lx.
         let lack = |sensor: usize| Some(seen.sensors[sensor].target? - now.lux[sensor]?);
         let needy: Vec<usize> = (0..now.lux.len()).filter(|&s| lack(s).is_some_and(|lack| lack >= -margin)).collect();
@@ -207,7 +231,15 @@ impl AnaRc {
             let lacks = |sensors: &[usize], least: f64| {
                 sensors.iter().any(|&sensor| lack(sensor).is_some_and(|lack| lack > least))
             };
-            let [from, to] = if lacks(own, 0.0) || lacks(&counts[luminaire], margin) {
+            // Which way all its sensors together pull: what they lack, and what they have beyond their tolerance.
+            let pull = |&sensor: &usize| {
+                let beyond = seen.sensors[sensor].tolerance.unwrap_or(f64::INFINITY);
+                let lack = lack(sensor).unwrap_or(0.0);
+                self.regression.coefficients[sensor][luminaire].max(0.0) * (lack.max(0.0) - (-lack - beyond).max(0.0))
+            };
+            let [from, to] = if counts[luminaire].iter().map(pull).sum::<f64>() < 0.0 {
+                self.parameters.down
+            } else if lacks(own, 0.0) || lacks(&counts[luminaire], margin) {
                 self.parameters.up
             } else if lacks(own, -margin) {
                 self.parameters.both
@@ -231,7 +263,7 @@ impl AnaRc {
             _ => 0.0,
         };
         let changes: Vec<f64> = (0..before.lux.len()).map(change).collect();
-        let counts = self.influenced(seen, self.parameters.counts);
+        let counts = self.influenced(seen, before, self.parameters.counts);
         let decide = |luminaire: usize| {
             let [old, new] = [before, after].map(|measured| measured.levels[luminaire]);
             let power = match self.parameters.meter {

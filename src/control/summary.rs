@@ -1,6 +1,7 @@
 //! What a simulation comes to, phase by phase.
 
 use super::{Row, Script, Series};
+use crate::dimming::met::is_within;
 
 /// Targets count as met from when on they are met for so long, s: a luminaire's try may miss one for a moment.
 pub const HOLD: f64 = 20.0;
@@ -26,12 +27,15 @@ pub struct Phase {
     pub above: f64,
     /// Worst sensor by its mean over the last third: how far that is below the target, or above target + tolerance, lx.
     pub mean_miss: f64,
+    /// Whether targets are met at the end: they were within the band for [`HOLD`], and their means are over the last third.
+    pub met: bool,
     /// Sensors whose targets can't be met.
     pub out_of_reach: Vec<usize>,
 }
 
 impl Phase {
-    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing.
+    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing. Where targets are missed it says
+    /// nothing: see `met`.
     pub fn excess(&self) -> Option<f64> {
         (self.optimum > 0.0).then(|| self.power / self.optimum - 1.0)
     }
@@ -52,16 +56,19 @@ pub fn phases(series: &Series, script: &Script) -> Vec<Phase> {
             let above = seen.tolerance.map_or(0.0, |tolerance| lux - target - tolerance);
             (target - lux).max(above).max(0.0)
         };
+        let settled = settled(rows, script);
+        let mean_miss = (0..rows[0].lux.len()).map(mean_miss).fold(0.0, f64::max);
         Phase {
             from: turn.time,
             to: rows[rows.len() - 1].time,
             what: turn.what.clone(),
-            settled: settled(rows, script),
+            settled,
             power: mean(&|row| row.power),
             optimum: mean(&|row| row.optimum),
             below: most(&|row| worst(row, |lux, target, _| target - lux)),
             above: most(&|row| worst(row, |lux, target, tolerance| tolerance.map_or(0.0, |_| lux - target))),
-            mean_miss: (0..rows[0].lux.len()).map(mean_miss).fold(0.0, f64::max),
+            mean_miss,
+            met: settled.is_some() && is_within(mean_miss, [0.0, script.band]),
             out_of_reach: turn.out_of_reach.clone(),
         }
     };
@@ -78,7 +85,8 @@ fn worst(row: &Row, miss: impl Fn(f64, f64, Option<f64>) -> f64) -> f64 {
 fn met(row: &Row, band: f64) -> bool {
     row.lux.iter().zip(&row.seen).all(|(lux, seen)| {
         let Some(target) = seen.target else { return true };
-        *lux >= target - band && seen.tolerance.is_none_or(|tolerance| *lux <= target + tolerance.max(band))
+        let most = seen.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance.max(band));
+        is_within(*lux, [target - band, most])
     })
 }
 

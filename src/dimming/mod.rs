@@ -3,9 +3,12 @@
 
 pub mod influence;
 mod levels;
+pub mod met;
 pub mod page;
 mod solve;
+pub mod sure;
 
 pub use influence::Influence;
 pub use levels::Levels;
+pub use met::Verdict;
 pub use solve::{Answer, Goal, solve};

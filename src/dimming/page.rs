@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Answer, Influence};
+use super::Answer;
+use super::sure::Known;
 use crate::error::Error;
 use crate::luminaire::{Luminaire, Opening};
 use crate::render::corners;
@@ -16,14 +17,16 @@ use crate::scene::Scene;
 const NEAR: f64 = 1e-3;
 
 /// Writes the live page of what a run found of luminaires told apart; see [`Page::write`]. It begins with the levels of
-/// `optimum`, or as they are.
+/// `optimum`, or as they are; targets are met where a sensor is so many `sigmas` on the right side.
 pub fn write(
     scene: &Scene,
-    matrix: &Influence,
+    known: &Known,
+    sigmas: f64,
     results: &Results,
     optimum: Option<&Answer>,
     path: &Path,
 ) -> Result<(), Error> {
+    let matrix = &known.mean;
     // Planes along which sensors move come first: that is where people look.
     let serves = |map: &&IlluminanceMap| {
         let on = |place: &super::influence::Place| lies_on(map, place.position.into(), place.normal.into());
@@ -33,13 +36,13 @@ pub fn write(
     maps.sort_by_key(serves);
     let level = |lamp: usize| matrix.luminaires[lamp].supply.level;
     let lamp = |(number, luminaire): (usize, &Luminaire)| {
-        let known = &matrix.luminaires[number];
+        let dimmable = &matrix.luminaires[number];
         Lamp {
-            name: known.name.clone(),
-            group: known.group.clone(),
+            name: dimmable.name.clone(),
+            group: dimmable.group.clone(),
             outline: outline(luminaire, scene.centre),
             level: optimum.map_or(level(number), |answer| answer.levels[number]),
-            least: known.supply.least,
+            least: dimmable.supply.least,
             power: matrix.curve(number),
             off: matrix.power_of(number, 0.0),
         }
@@ -62,6 +65,7 @@ pub fn write(
         mask: map.has_value.clone(),
         layers: layers(map),
         offset: vec![0.0; map.illuminance.len()],
+        error: map.illuminance.iter().zip(&map.standard_error).map(|(lux, error)| share(*lux, *error)).collect(),
     };
     let sensor = |number: usize| {
         let place = &matrix.sensors[number];
@@ -71,6 +75,9 @@ pub fn write(
             position: place.position,
             plane: maps.iter().position(|map| lies_on(map, position, normal)),
             influence: matrix.lux[number].clone(),
+            error: matrix.standard_error[number].clone(),
+            told: known.told[number].clone(),
+            noise: known.noise_of_renders(number),
             offset: place.daylight,
             target: place.target,
             tolerance: place.tolerance,
@@ -86,11 +93,17 @@ pub fn write(
         about: format!("{}; daylight is in the sensors only.{unit}", table::method(&results.run)),
         unit: matrix.power_unit(),
         luminaires: scene.luminaires.iter().enumerate().map(lamp).collect(),
-        planes: maps.iter().map(|known| map(known)).collect(),
+        planes: maps.iter().map(|plane| map(plane)).collect(),
         sensors: (0..matrix.sensors.len()).map(sensor).collect(),
         optimum: optimum.filter(|answer| answer.missed.is_empty()).map(|answer| answer.levels.clone()),
+        sigmas,
     };
     page.write(path)
+}
+
+/// A standard error as a share of what it is of, at most all of it.
+fn share(lux: f64, error: f64) -> f32 {
+    if error < lux { (error / lux) as f32 } else { 1.0 }
 }
 
 /// Corners in the plan, world, m: of the largest part, where there are several.

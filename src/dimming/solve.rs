@@ -9,6 +9,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
 use super::Influence;
+use super::met::is_within;
 use crate::error::Error;
 use crate::luminaire::along;
 
@@ -50,8 +51,6 @@ pub struct Missed {
 const MOST_WORK: usize = 20_000_000;
 /// Shares of full output that don't matter.
 const TINY: f64 = 1e-7;
-/// Shares of a target that don't matter: what the solver's rounding leaves.
-const ROUNDING: f64 = 1e-6;
 
 /// Finds levels.
 ///
@@ -86,9 +85,8 @@ pub fn solve(influence: &Influence, goal: Goal) -> Result<Answer, Error> {
     let mut answer = search.answer();
     let missed = |&sensor: &usize| {
         let place = &influence.sensors[sensor];
-        let (reached, [target, most]) = (influence.illuminance(sensor, &answer.levels), place.band()?);
-        let met = reached >= target * (1.0 - ROUNDING) && reached <= most * (1.0 + ROUNDING);
-        (!met).then(|| Missed { sensor, reached, most: influence.most(sensor) })
+        let (reached, band) = (influence.illuminance(sensor, &answer.levels), place.band()?);
+        (!is_within(reached, band)).then(|| Missed { sensor, reached, most: influence.most(sensor) })
     };
     answer.missed = asked.iter().filter_map(missed).collect();
     answer.bound = None;
@@ -361,8 +359,7 @@ impl<'a> Search<'a> {
         self.asked.iter().all(|&sensor| {
             let place = &self.influence.sensors[sensor];
             let found = self.influence.illuminance(sensor, levels);
-            let [target, most] = place.band().unwrap_or([0.0, f64::INFINITY]);
-            found >= target * (1.0 - ROUNDING) && found <= most * (1.0 + ROUNDING) + ROUNDING
+            is_within(found, place.band().unwrap_or([0.0, f64::INFINITY]))
         })
     }
 

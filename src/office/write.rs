@@ -13,6 +13,10 @@ use crate::error::Error;
 use crate::report;
 use crate::report::file::write_whole;
 
+/// Luminous efficacy of the luminaires at full output, lm/W, and what each draws when it is off, W.
+const EFFICACY: f64 = 120.0;
+const STANDBY: f64 = 0.3;
+
 /// Coordinates are written in this many parts of a metre.
 const PER_METRE: f64 = 1e5;
 
@@ -137,8 +141,10 @@ impl Office {
             let _ = write!(
                 text,
                 "\n[[luminaire]]\nname = \"{name}\"\ngroup = \"{name}\"\nposition = [{px}, {py}, {pz}]\n{light}\nflux = {}\n\
+                 power = {}\nstandby = {STANDBY}\n\
                  array = {{ count = [{}, {}], pitch = [{}, {}] }}\n",
                 row.flux,
+                (row.flux / EFFICACY * 10.0 + 0.5).floor() / 10.0,
                 row.count[0],
                 row.count[1],
                 decimals(row.pitch[0]),
@@ -160,7 +166,8 @@ impl Office {
             let _ = write!(
                 text,
                 "\n[[sensor]]\nname = \"{}\"\nposition = [{x}, {y}, {z}]\nnormal = [0, 0, 1]\ntarget = {}\n",
-                sensor.name, self.parameters.illuminance,
+                sensor.name,
+                self.target(),
             );
         }
         text

@@ -72,7 +72,8 @@ impl<const C: usize> Rendering<'_, C> {
         views: &mut [View<'_, C>],
         keeping: &Keeping<'_>,
     ) -> Result<Schedule, Error> {
-        let mut schedule = Schedule { next_check: 1, closed: !keeping.states.is_empty() };
+        let mut schedule =
+            Schedule { next_check: self.settings.least_passes.max(1), closed: !keeping.states.is_empty() };
         for path in keeping.states {
             self.add(places, views, path, Kept::open(path)?)?;
         }

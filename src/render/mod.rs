@@ -91,6 +91,9 @@ pub struct Settings {
     pub radius: Option<f64>,
     /// Passes at most; as many as `error` and `time` ask for where not given.
     pub passes: Option<u32>,
+    /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
+    /// themselves.
+    pub least_passes: u32,
     /// The first of them: runs of different passes, or seeds, add up to one.
     pub first_pass: u32,
     /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
@@ -130,6 +133,7 @@ impl Settings {
             nearest: None,
             radius: None,
             passes: Some(1),
+            least_passes: 1,
             first_pass: 0,
             error: None,
             time: None,

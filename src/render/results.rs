@@ -309,6 +309,7 @@ impl<const C: usize> Rendering<'_, C> {
             rgb: self.plan.coloured.then(|| cell.rgb()),
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
+            daylight: sensor.daylight,
             has_value: place.has_value[point],
             standing: place.standing[point],
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),

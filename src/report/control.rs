@@ -20,6 +20,12 @@ const STYLE: &str = include_str!("control.css");
 const MOST_POINTS: usize = 600;
 /// Most charts of sensors, and rows of luminaires, on the page; the CSV file has all.
 const MOST_SHOWN: usize = 60;
+const MOST_ROWS: usize = 144;
+/// Most letters of a luminaire's name beside its row.
+const MOST_LETTERS: usize = 18;
+/// Height of a luminaire's row, at least, and of the text beside it, in the chart's units.
+const ROW: f64 = 5.0;
+const TEXT: f64 = 14.0;
 
 /// A simulation with what it is of.
 pub struct Simulation<'a> {
@@ -82,7 +88,13 @@ fn figures(phase: &Phase, influence: &Influence) -> [String; 9] {
     let what = if phase.what.is_empty() { "start".to_owned() } else { phase.what.join("; ") };
     let settled = phase.settled.map_or_else(|| "never".into(), |seconds| format!("{seconds:.0} s"));
     let power = |watts: f64| format!("{watts:.1}");
-    let excess = phase.excess().map_or_else(|| "–".into(), |share| format!("{:+.1}", 100.0 * share).replace('-', "−"));
+    let excess = match phase.excess() {
+        _ if !phase.met => "targets missed".into(),
+        None => "–".into(),
+        // Less than the optimum draws, no levels can meet the targets themselves with.
+        Some(share) if share < -1e-3 => "within the band".into(),
+        Some(share) => format!("{:+.1}", 100.0 * share.max(0.0)),
+    };
     let names: Vec<&str> = phase.out_of_reach.iter().map(|&sensor| influence.sensors[sensor].name.as_str()).collect();
     [
         duration(phase.from),
@@ -120,7 +132,10 @@ pub fn table(simulation: &Simulation<'_>) -> String {
     let mut lines = vec![format!("{}: {}, seed {seed}", influence.scene, script.controller), String::new()];
     lines.extend(columns(head.each_ref().map(String::as_str), phases.iter().map(|phase| figures(phase, influence))));
     lines.push(String::new());
-    lines.push("power and worst misses: of the last third of each phase".into());
+    lines.push(
+        "power and worst misses: of the last third of each phase; power is not compared where targets are missed"
+            .into(),
+    );
     lines.join("\n") + "\n"
 }
 
@@ -143,7 +158,9 @@ struct PhaseSummary {
     settled_s: Option<f64>,
     power: f64,
     optimum: f64,
+    /// Nothing where targets are missed: less power is no saving then.
     excess_percent: Option<f64>,
+    targets_met: bool,
     below_lx: f64,
     above_lx: f64,
     mean_miss_lx: f64,
@@ -161,7 +178,8 @@ pub fn json(simulation: &Simulation<'_>) -> String {
         settled_s: phase.settled,
         power: phase.power,
         optimum: phase.optimum,
-        excess_percent: phase.excess().map(|share| 100.0 * share),
+        excess_percent: phase.excess().filter(|_| phase.met).map(|share| 100.0 * share),
+        targets_met: phase.met,
         below_lx: phase.below,
         above_lx: phase.above,
         mean_miss_lx: phase.mean_miss,
@@ -194,8 +212,10 @@ pub fn page(simulation: &Simulation<'_>) -> String {
     let note = format!(
         "<p>Power and worst misses are of the last third of each phase. Targets count as met from when on every sensor \
          stays within {} lx of its target for {HOLD} s. The optimum is what least power could be with all that is true at \
-         the time known: the controller sees readings, targets and power alone.</p>\n",
-        short(script.band)
+         the time known: the controller sees readings, targets and power alone. Power is not compared where targets are \
+         missed. {}</p>\n",
+        short(script.band),
+        left_out(influence)
     );
     let figure = |title: &str, text: &str, chart: String| {
         format!("<figure>\n<figcaption><b>{}</b> {text}</figcaption>\n{chart}</figure>\n", escape(title))
@@ -273,14 +293,17 @@ fn steps(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
 
 fn levels(simulation: &Simulation<'_>) -> String {
     let Simulation { influence, series, .. } = simulation;
-    let count = influence.luminaires.len().min(MOST_SHOWN);
-    let mut chart = Chart::new(time(series), Axis::linear("luminaire", "", 0.0, count as f64), 0);
+    let count = influence.luminaires.len().min(MOST_ROWS);
+    let names: Vec<String> = influence.luminaires[..count].iter().map(|lamp| shortened(&lamp.name)).collect();
+    let letters = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let height = (ROW * count as f64).max(256.0);
+    let axis = Axis::linear("luminaire", "", 0.0, count as f64);
+    let mut chart = Chart::new(time(series), axis, 0).with_rows(letters, height);
     let stretch = series.rows.len().div_ceil(120);
-    let each = count.div_ceil(16);
-    for lamp in 0..count {
+    let each = (TEXT * count as f64 / height).ceil().max(1.0) as usize;
+    for (lamp, name) in names.iter().enumerate() {
         if lamp % each == 0 {
-            let name: String = influence.luminaires[lamp].name.chars().take(7).collect();
-            chart.note([0.0, (count - lamp) as f64 - 0.5], [-4.0, 4.5], true, &name);
+            chart.note([0.0, (count - lamp) as f64 - 0.5], [-4.0, 4.5], true, name);
         }
         let (top, bottom) = ((count - lamp) as f64, (count - lamp - 1) as f64 + 0.08);
         for (number, rows) in series.rows.chunks(stretch).enumerate() {
@@ -293,6 +316,26 @@ fn levels(simulation: &Simulation<'_>) -> String {
     }
     events(&mut chart, series, [0.0, count as f64]);
     chart.svg("Level of each luminaire over time")
+}
+
+/// A name that fits beside its row: what tells it from its neighbours is mostly at its end.
+fn shortened(name: &str) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST_LETTERS {
+        return name.to_owned();
+    }
+    let (start, end) = (MOST_LETTERS / 3, MOST_LETTERS - MOST_LETTERS / 3 - 1);
+    letters[..start].iter().chain(&['…']).chain(&letters[letters.len() - end..]).collect()
+}
+
+/// What the page leaves out, in a sentence.
+fn left_out(influence: &Influence) -> String {
+    let of = |count: usize, most: usize, what: &str| {
+        (count > most).then(|| format!("The page shows the first {most} of {count} {what}; control.csv has all. "))
+    };
+    let parts =
+        [of(influence.luminaires.len(), MOST_ROWS, "luminaires"), of(influence.sensors.len(), MOST_SHOWN, "sensors")];
+    parts.into_iter().flatten().collect()
 }
 
 fn lux_chart(simulation: &Simulation<'_>, sensor: usize) -> String {

@@ -3,7 +3,8 @@
 use super::number::{percent, short};
 use super::table::columns;
 use super::{Results, SensorReading};
-use crate::dimming::{Answer, Influence};
+use crate::dimming::sure::{Known, Sure};
+use crate::dimming::{Influence, Verdict};
 
 /// Of each sensor: what it reads with all luminaires at full output, and which of them bring most of that.
 pub fn influence(matrix: &Influence) -> String {
@@ -50,31 +51,75 @@ pub fn influence(matrix: &Influence) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Levels found, what they reach and what they save.
-pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) -> String {
-    let unit = matrix.power_unit();
-    let full = matrix.full_power();
-    let saved = if full > 0.0 { 1.0 - answer.power / full } else { 0.0 };
-    let mut lines = vec![
-        format!("{}: {} luminaires, {} sensors", matrix.scene, matrix.luminaires.len(), matrix.sensors.len()),
-        format!(
-            "power  {} {unit} of {} {unit} at full output: {} % saved",
+/// Levels, and all there is to say of them.
+pub struct Found<'a> {
+    /// The matrix, and what renders said of it.
+    pub known: &'a Known,
+    /// The levels.
+    pub sure: &'a Sure,
+    /// What can be said of each sensor's target.
+    pub verdicts: Vec<Option<Verdict>>,
+    /// The last render that verified them.
+    pub verified: Option<&'a Results>,
+    /// How many renders there were.
+    pub renders: u64,
+    /// How sure targets are met together, %.
+    pub confidence: f64,
+}
+
+impl Found<'_> {
+    /// Whether each target is surely met.
+    fn all_met(&self) -> bool {
+        self.verdicts.iter().flatten().all(|verdict| *verdict == Verdict::Met)
+    }
+
+    /// Power, what the margin costs, and what is saved, if that may be called so.
+    fn power(&self) -> Vec<String> {
+        let (matrix, answer) = (&self.known.mean, &self.sure.answer);
+        let (unit, full) = (matrix.power_unit(), matrix.full_power());
+        let saved = if full > 0.0 { 1.0 - answer.power / full } else { 0.0 };
+        let met = if self.all_met() { "saved" } else { "less, but not all targets are surely met" };
+        let mut lines = vec![format!(
+            "power  {} {unit} of {} {unit} at full output: {} % {met}",
             short(answer.power),
             short(full),
             percent(saved)
-        ),
-    ];
-    if unit == "lm" {
-        lines.push("       no power is given for some luminaire: luminous flux stands for it".into());
+        )];
+        let margin = answer.power - self.sure.bare;
+        if margin > 1e-4 * full {
+            let by = match self.renders {
+                0 => "the matrix alone".to_owned(),
+                1 => "matrix and a render".to_owned(),
+                renders => format!("matrix and {renders} renders"),
+            };
+            let confidence = short(self.confidence);
+            lines.push(format!(
+                "       {} {unit} of it are the margin for {confidence} % confidence, by {by}",
+                short(margin)
+            ));
+        }
+        if unit == "lm" {
+            lines.push("       no power is given for some luminaire: luminous flux stands for it".into());
+        }
+        if let Some(bound) = answer.bound.filter(|bound| answer.power - bound > 1e-4 * full) {
+            lines.push(format!("       the search was cut short: no levels need less than {} {unit}", short(bound)));
+        }
+        lines
     }
-    if let Some(bound) = answer.bound.filter(|bound| answer.power - bound > 1e-4 * full) {
-        lines.push(format!("       the search was cut short: no levels need less than {} {unit}", short(bound)));
-    }
+}
+
+/// Levels found, what they reach and what they save.
+pub fn dimming(found: &Found<'_>) -> String {
+    let (matrix, levels) = (&found.known.mean, &found.sure.answer.levels);
+    let unit = matrix.power_unit();
+    let mut lines =
+        vec![format!("{}: {} luminaires, {} sensors", matrix.scene, matrix.luminaires.len(), matrix.sensors.len())];
+    lines.extend(found.power());
     lines.push(String::new());
-    let head = ["sensor", "target, lx", "E by R, lx", "E verified, lx", "σ, lx", "at full output, lx"];
+    let head = ["sensor", "target, lx", "E, lx", "σ, lx", "last render, lx", "σ, lx", "at full output, lx", ""];
     let row = |number: usize| {
         let place = &matrix.sensors[number];
-        let reading = verified.and_then(|results| results.sensor(&place.name));
+        let reading = found.verified.and_then(|results| results.sensor(&place.name));
         let read =
             |value: &dyn Fn(&SensorReading) -> f64| reading.map_or_else(|| "–".into(), |reading| short(value(reading)));
         let target = match (place.target, place.tolerance) {
@@ -84,16 +129,18 @@ pub fn dimming(matrix: &Influence, answer: &Answer, verified: Option<&Results>) 
         [
             place.name.clone(),
             target,
-            short(matrix.illuminance(number, &answer.levels)),
+            short(matrix.illuminance(number, levels)),
+            short(found.known.error(number, levels)),
             read(&|reading| reading.illuminance + place.daylight),
             read(&|reading| reading.standard_error),
             short(matrix.most(number)),
+            found.verdicts[number].map_or("", Verdict::word).into(),
         ]
     };
     lines.extend(columns(head, (0..matrix.sensors.len()).map(row)));
     lines.push(String::new());
     let row = |lamp: usize| {
-        let level = answer.levels[lamp];
+        let level = levels[lamp];
         let luminaire = &matrix.luminaires[lamp];
         let state = if level <= 0.0 { "off".into() } else { format!("{:.1}", 100.0 * level) };
         [luminaire.name.clone(), luminaire.group.clone(), state, short(matrix.power_of(lamp, level))]

@@ -26,6 +26,10 @@ pub const MAP_ERROR: f64 = 0.5;
 /// The same for a sensor in its own place, lx.
 pub const SENSOR_ERROR: f64 = 0.01;
 
+/// Steps of standard errors: of sensors, in the largest; of cells, in their light.
+const ERROR_STEP: f64 = 1e-3;
+const CELL_ERROR_STEP: f64 = 5e-3;
+
 /// Cells along the longer side that a map keeps before luminaires are put together.
 const FEWEST_CELLS: usize = 30;
 
@@ -56,6 +60,8 @@ pub struct Page<'a> {
     /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long as
     /// targets and places are those of the file; for others the page solves.
     pub optimum: Option<Vec<f64>>,
+    /// σ by which a sensor must be on the right side of its target to be called met.
+    pub sigmas: f64,
 }
 
 /// A luminaire that can be dimmed.
@@ -98,6 +104,8 @@ pub struct Map {
     pub layers: Vec<Vec<f32>>,
     /// Light that does not dim, lx: daylight, luminaires that are not in the list.
     pub offset: Vec<f32>,
+    /// Standard error (1 σ) of a cell's light as a share of it.
+    pub error: Vec<f32>,
 }
 
 /// An illuminance sensor.
@@ -111,6 +119,12 @@ pub struct Sensor {
     pub plane: Option<usize>,
     /// For each luminaire what it brings at full output, lx.
     pub influence: Vec<f64>,
+    /// Standard error (1 σ) of that, lx; independent from luminaire to luminaire.
+    pub error: Vec<f64>,
+    /// What renders took from the covariance of the influence, as vectors u of Σ − u uᵀ: see [`crate::dimming::sure`].
+    pub told: Vec<Vec<f64>>,
+    /// Standard error (1 σ) of a render that checks it, lx; as of the influence where nothing is said.
+    pub noise: Option<f64>,
     /// Light that does not dim, lx.
     pub offset: f64,
     /// Illuminance asked for, lx.
@@ -161,15 +175,16 @@ impl Page<'_> {
             assert!(cells > 0, "plane {} has cells", plane.name);
             assert_eq!(plane.layers.len(), lamps, "layers of plane {}", plane.name);
             assert_eq!(plane.mask.len(), cells, "mask of plane {}", plane.name);
-            for layer in plane.layers.iter().chain([&plane.offset]) {
+            for layer in plane.layers.iter().chain([&plane.offset, &plane.error]) {
                 assert_eq!(layer.len(), cells, "a layer of plane {}", plane.name);
                 let known = layer.iter().zip(&plane.mask).filter(|&(_, &has_value)| has_value);
                 assert!(known.into_iter().all(|(e, _)| e.is_finite()), "a layer of plane {} is finite", plane.name);
             }
         }
         for sensor in &self.sensors {
-            assert_eq!(sensor.influence.len(), lamps, "influence on {}", sensor.name);
-            assert!(sensor.influence.iter().all(|e| e.is_finite()), "influence on {} is finite", sensor.name);
+            for row in sensor.told.iter().chain([&sensor.influence, &sensor.error]) {
+                assert!(row.len() == lamps && row.iter().all(|e| e.is_finite()), "influence on {}", sensor.name);
+            }
         }
         for lamp in &self.luminaires {
             assert!(!lamp.power.is_empty() && !lamp.outline.is_empty(), "power and outline of {}", lamp.name);
@@ -186,6 +201,7 @@ impl Page<'_> {
         if !influence.is_empty() {
             packer.add(&influence, units.len(), step, |_| true);
         }
+        let (error_step, renders) = self.pack_errors(units, &mut packer);
         let merged = units.len() < self.luminaires.len();
         let scene = SceneData {
             about: &self.about,
@@ -195,6 +211,9 @@ impl Page<'_> {
             planes,
             sensors: self.sensors.iter().map(SensorData::of).collect(),
             influence_step: step,
+            error_step,
+            renders,
+            sigmas: self.sigmas,
             optimum: self.optimum.as_deref().filter(|_| !merged),
             colours: colours(),
         };
@@ -205,6 +224,27 @@ impl Page<'_> {
             .replace("<!--version-->", env!("CARGO_PKG_VERSION"))
             .replace("<!--scene-->", &json)
             .replace("<!--layers-->", &packer.finish())
+    }
+
+    /// Packs the sensors' errors, then what each render took from them; returns their step and the number of renders.
+    fn pack_errors(&self, units: &[Unit<'_>], packer: &mut Packer) -> (f64, usize) {
+        let renders = self.sensors.iter().map(|sensor| sensor.told.len()).max().unwrap_or(0);
+        let errors = self.sensors.iter().flat_map(|sensor| {
+            let squares: Vec<f64> = sensor.error.iter().map(|error| error * error).collect();
+            units::sums(units, &squares).map(f64::sqrt).collect::<Vec<f64>>()
+        });
+        let told = |render: usize| -> Vec<f64> {
+            let none = || vec![0.0; units.len()];
+            let of = |told: &Vec<f64>| units::sums(units, told).collect::<Vec<f64>>();
+            self.sensors.iter().flat_map(|sensor| sensor.told.get(render).map_or_else(none, of)).collect()
+        };
+        let all: Vec<Vec<f64>> = std::iter::once(errors.collect()).chain((0..renders).map(told)).collect();
+        let largest = all.iter().flatten().fold(0.0_f64, |most, error| most.max(error.abs()));
+        let step = if largest > 0.0 { largest * ERROR_STEP } else { 1.0 };
+        if !self.sensors.is_empty() {
+            all.iter().for_each(|rows| packer.add(rows, units.len(), step, |_| true));
+        }
+        (step, renders)
     }
 
     /// What was left out for the page's size.
@@ -237,11 +277,15 @@ struct SceneData<'a> {
     planes: Vec<PlaneData<'a>>,
     sensors: Vec<SensorData<'a>>,
     influence_step: f64,
+    error_step: f64,
+    /// Vectors that each sensor has beside its errors.
+    renders: usize,
+    sigmas: f64,
     optimum: Option<&'a [f64]>,
     colours: String,
 }
 
-/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, each unit's.
+/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, cells' errors, each unit's light.
 #[derive(Serialize)]
 struct PlaneData<'a> {
     name: &'a str,
@@ -251,6 +295,7 @@ struct PlaneData<'a> {
     along: [f64; 3],
     across: [f64; 3],
     step: f64,
+    error_step: f64,
 }
 
 impl<'a> PlaneData<'a> {
@@ -262,12 +307,13 @@ impl<'a> PlaneData<'a> {
         let numbers: Vec<f64> = has_value.iter().map(|&has_value| f64::from(u8::from(has_value))).collect();
         packer.add(&numbers, columns, 1.0, |_| true);
         packer.add(&blocks.means(&[&plane.offset]), columns, step, |cell| has_value[cell]);
+        packer.add(&blocks.means(&[&plane.error]), columns, CELL_ERROR_STEP, |cell| has_value[cell]);
         for unit in units {
             let members: Vec<&[f32]> = unit.members.iter().map(|&lamp| plane.layers[lamp].as_slice()).collect();
             packer.add(&blocks.means(&members), columns, step, |cell| has_value[cell]);
         }
         let Map { name, corner, along, across, .. } = plane;
-        Self { name, columns, rows, corner: *corner, along: *along, across: *across, step }
+        Self { name, columns, rows, corner: *corner, along: *along, across: *across, step, error_step: CELL_ERROR_STEP }
     }
 }
 
@@ -277,6 +323,7 @@ struct SensorData<'a> {
     name: &'a str,
     position: [f64; 3],
     plane: Option<usize>,
+    noise: Option<f64>,
     offset: f64,
     target: Option<f64>,
     tolerance: Option<f64>,
@@ -284,8 +331,16 @@ struct SensorData<'a> {
 
 impl<'a> SensorData<'a> {
     fn of(sensor: &'a Sensor) -> Self {
-        let Sensor { name, position, plane, offset, target, tolerance, .. } = sensor;
-        Self { name, position: *position, plane: *plane, offset: *offset, target: *target, tolerance: *tolerance }
+        let Sensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
+        Self {
+            name,
+            position: *position,
+            plane: *plane,
+            noise: *noise,
+            offset: *offset,
+            target: *target,
+            tolerance: *tolerance,
+        }
     }
 }
 

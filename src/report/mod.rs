@@ -34,6 +34,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::dimming::met;
 use crate::error::Error;
 use crate::gather::reach::Standing;
 use crate::scene::Measure;
@@ -131,6 +132,8 @@ pub struct SensorReading {
     pub standard_error: f64,
     /// What the user there asks for, lx.
     pub target: Option<f64>,
+    /// What arrives besides the luminaires' light, lx; not in E.
+    pub daylight: f64,
     /// False where no light can arrive.
     pub has_value: bool,
     /// Why so.
@@ -388,9 +391,9 @@ impl Results {
 }
 
 impl SensorReading {
-    /// Whether E reaches the target; `None` without a target. A sensor where no light can arrive misses it.
+    /// Whether E and daylight reach the target; `None` without a target. A sensor where no light can arrive misses it.
     pub fn meets_target(&self) -> Option<bool> {
-        self.target.map(|target| self.has_value && self.illuminance >= target)
+        self.target.map(|target| self.has_value && met::reaches(self.illuminance + self.daylight, target))
     }
 
     /// Its name, with what it measures if that isn't a flat cell.

@@ -14,6 +14,8 @@ const BOTTOM: f64 = 44.0;
 /// Height of a line of text, and mean width of a letter.
 const LINE: f64 = 15.0;
 const LETTER: f64 = 7.7;
+/// Width of a digit.
+const DIGIT: f64 = 8.3;
 
 /// How values become places.
 #[derive(Clone, Copy)]
@@ -167,7 +169,9 @@ pub(super) struct Series {
 pub(super) struct Chart {
     x: Axis,
     y: Axis,
+    left: f64,
     right: f64,
+    height: f64,
     under: String,
     over: String,
 }
@@ -175,18 +179,26 @@ pub(super) struct Chart {
 impl Chart {
     /// An empty chart with room for names of so many letters at its right.
     pub(super) fn new(x: Axis, y: Axis, letters: usize) -> Self {
-        let right = (14.0 + LETTER * letters as f64).clamp(20.0, 130.0);
-        Self { x, y, right, under: String::new(), over: String::new() }
+        let right = (14.0 + LETTER * letters as f64).clamp(28.0, 130.0);
+        let ticks = y.ticks(HEIGHT - TOP - BOTTOM, 18.0);
+        let texts = ticks.iter().filter(|(_, labelled)| *labelled).map(|(value, _)| y.text(*value).chars().count());
+        let left = (12.0 + DIGIT * texts.max().unwrap_or(0) as f64).max(LEFT);
+        Self { x, y, left, right, height: HEIGHT, under: String::new(), over: String::new() }
+    }
+
+    /// The same with room for names of so many letters at its left, and so high between its axes.
+    pub(super) fn with_rows(self, letters: usize, height: f64) -> Self {
+        Self { left: (10.0 + LETTER * letters as f64).max(LEFT), height: TOP + height + BOTTOM, ..self }
     }
 
     fn plot_width(&self) -> f64 {
-        WIDTH - LEFT - self.right
+        WIDTH - self.left - self.right
     }
 
     /// Place of a point.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let height = HEIGHT - TOP - BOTTOM;
-        [LEFT + self.plot_width() * self.x.share(x), TOP + height * (1.0 - self.y.share(y))]
+        let height = self.height - TOP - BOTTOM;
+        [self.left + self.plot_width() * self.x.share(x), TOP + height * (1.0 - self.y.share(y))]
     }
 
     /// A straight line between two points, cut at the frame.
@@ -267,9 +279,9 @@ impl Chart {
             if let Some(&[x, y]) = places.last() {
                 let width = LETTER * series.label.chars().count() as f64;
                 let x = match series.side {
-                    Side::Left if x - 10.0 - width > LEFT => x - 10.0 - width,
+                    Side::Left if x - 10.0 - width > self.left => x - 10.0 - width,
                     Side::Left | Side::Right => x + 10.0,
-                    Side::Outside => LEFT + self.plot_width() + 8.0,
+                    Side::Outside => self.left + self.plot_width() + 8.0,
                 };
                 names.push(Name { x, y: y + 4.5, width, hue: *hue, text: series.label.clone() });
             }
@@ -283,11 +295,11 @@ impl Chart {
 
     /// The chart, with what it shows in words.
     pub(super) fn svg(&self, description: &str) -> String {
-        let (width, height) = (self.plot_width(), HEIGHT - TOP - BOTTOM);
-        let (right, bottom) = (LEFT + width, TOP + height);
+        let (left, width, height) = (self.left, self.plot_width(), self.height - TOP - BOTTOM);
+        let (right, bottom) = (left + width, TOP + height);
         let mut grid = String::new();
         for (value, labelled) in self.x.ticks(width, 46.0) {
-            let x = LEFT + width * self.x.share(value);
+            let x = left + width * self.x.share(value);
             let class = if labelled { "grid" } else { "grid fine" };
             let _ =
                 writeln!(grid, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{TOP}\" x2=\"{x:.1}\" y2=\"{bottom}\"/>");
@@ -310,22 +322,22 @@ impl Chart {
                 "grid fine"
             };
             let _ =
-                writeln!(grid, "<line class=\"{class}\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right:.1}\" y2=\"{y:.1}\"/>");
+                writeln!(grid, "<line class=\"{class}\" x1=\"{left}\" y1=\"{y:.1}\" x2=\"{right:.1}\" y2=\"{y:.1}\"/>");
             if labelled {
-                let (x, y, text) = (LEFT - 6.0, y + 4.5, self.y.text(value));
+                let (x, y, text) = (left - 6.0, y + 4.5, self.y.text(value));
                 let _ = writeln!(grid, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>");
             }
         }
         let (x_title, y_title) = (escape(&self.x.title), escape(&self.y.title));
-        let title_y = HEIGHT - 8.0;
-        let Self { under, over, .. } = self;
+        let Self { under, over, height: whole, .. } = self;
+        let title_y = whole - 8.0;
         // An inner picture with the same coordinates cuts what lies under the curves.
         format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{grid}\
+            "<svg viewBox=\"0 0 {WIDTH} {whole}\" role=\"img\" aria-label=\"{}\">\n{grid}\
              <text class=\"axis\" x=\"4\" y=\"16\">{y_title}</text>\n\
              <text class=\"axis\" x=\"{right:.1}\" y=\"{title_y}\" text-anchor=\"end\">{x_title}</text>\n\
-             <svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\" \
-             viewBox=\"{LEFT} {TOP} {width:.1} {height}\">\n{under}</svg>\n{over}</svg>\n",
+             <svg x=\"{left}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\" \
+             viewBox=\"{left} {TOP} {width:.1} {height}\">\n{under}</svg>\n{over}</svg>\n",
             escape(description),
         )
     }

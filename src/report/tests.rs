@@ -61,6 +61,7 @@ fn sensor(target: Option<f64>, has_value: bool) -> SensorReading {
         rgb: None,
         standard_error: 1.25,
         target,
+        daylight: 0.0,
         has_value,
         standing: if has_value { Standing::Place } else { Standing::Dark },
         groups: Vec::new(),

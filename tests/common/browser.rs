@@ -56,7 +56,7 @@ impl Browser {
         let target = self.call("Target.createTarget", json!({ "url": "about:blank" }));
         let session = self.call("Target.attachToTarget", json!({ "targetId": target["targetId"], "flatten": true }));
         self.session = session["sessionId"].as_str().map(str::to_owned);
-        for domain in ["Page", "Network", "Runtime", "DOM"] {
+        for domain in ["Page", "Network", "Runtime", "DOM", "Log"] {
             self.call(&format!("{domain}.enable"), json!({}));
         }
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500 });
@@ -232,6 +232,15 @@ impl Browser {
     /// What the script threw so far.
     pub(crate) fn exceptions(&self) -> Vec<&Value> {
         self.events.iter().filter(|event| event["method"] == "Runtime.exceptionThrown").collect()
+    }
+
+    /// What the browser complained of in the console so far.
+    pub(crate) fn complaints(&self) -> Vec<&Value> {
+        let is_error = |event: &&Value| {
+            event["method"] == "Log.entryAdded" && event["params"]["entry"]["level"] == "error"
+                || event["method"] == "Runtime.consoleAPICalled" && event["params"]["type"] == "error"
+        };
+        self.events.iter().filter(is_error).collect()
     }
 }
 

@@ -45,14 +45,18 @@ async function loadScene() {
   for (const plane of scene.planes) {
     plane.mask = read(plane.columns, plane.rows, 1, Uint8Array);
     plane.offset = read(plane.columns, plane.rows, plane.step, Float32Array);
+    plane.error = read(plane.columns, plane.rows, plane.error_step, Float32Array);
     plane.layers = lamps.map(() => read(plane.columns, plane.rows, plane.step, Float32Array));
     plane.sum = Float64Array.from(plane.offset);
-    plane.applied = new Float64Array(lamps.length);
+    plane.shown = null;
   }
-  const influence = scene.sensors.length ? read(lamps.length, scene.sensors.length, scene.influence_step, Float64Array) : [];
+  const rows = step => (scene.sensors.length ? read(lamps.length, scene.sensors.length, step, Float64Array) : []);
+  const influence = rows(scene.influence_step), errors = rows(scene.error_step);
+  const told = Array.from({ length: scene.renders }, () => rows(scene.error_step));
   scene.sensors.forEach((sensor, index) => {
     sensor.index = index;
-    sensor.own = { row: influence.slice(index * lamps.length, (index + 1) * lamps.length), offset: sensor.offset };
+    const own = all => all.slice(index * lamps.length, (index + 1) * lamps.length);
+    sensor.own = { row: own(influence), error: own(errors), told: told.map(own), offset: sensor.offset };
     sensor.fileTarget = sensor.target;
     sensor.moved = null;
     Object.assign(sensor, sensor.own);
@@ -90,29 +94,37 @@ const totalWatts = (lamps, levels) => lamps.reduce((sum, lamp) => sum + watts(la
 
 // --- planes ----------------------------------------------------------------------------------------------------------
 
-/** Brings a plane's sum up to date: adds what changed, layer by layer. */
+/** Brings a plane's sum up to date: from scratch, so that nothing is left of earlier levels. */
 function refresh(plane, levels) {
+  if (plane.shown?.every((level, index) => level === levels[index])) return;
+  const { sum } = plane;
+  sum.set(plane.offset);
   plane.layers.forEach((layer, index) => {
-    const change = levels[index] - plane.applied[index];
-    if (change === 0) return;
-    const { sum } = plane;
-    for (let cell = 0; cell < sum.length; cell++) sum[cell] += change * layer[cell];
-    plane.applied[index] = levels[index];
+    const level = levels[index];
+    if (level === 0) return;
+    for (let cell = 0; cell < sum.length; cell++) sum[cell] += level * layer[cell];
   });
+  plane.shown = levels.slice();
 }
 
-/** Ē, E_min, E_max over the cells with a value; null without any. */
+/** Where the mean is less, lx, ratios are those of rounding. */
+const LEAST_MEAN = 1;
+
+/** Ē, E_min, E_max over the cells with a value, U₀, and errors (1 σ) of the darkest cell and of U₀; null without any. */
 function figures(plane) {
-  let sum = 0, least = Infinity, most = -Infinity, count = 0;
+  let sum = 0, least = Infinity, most = -Infinity, count = 0, darkest = 0;
   for (let cell = 0; cell < plane.sum.length; cell++) {
     if (!plane.mask[cell]) continue;
     const value = plane.sum[cell];
     sum += value;
     count++;
-    if (value < least) least = value;
+    if (value < least) { least = value; darkest = cell; }
     if (value > most) most = value;
   }
-  return count ? { mean: sum / count, least, most } : null;
+  if (!count) return null;
+  const mean = sum / count, leastError = plane.error[darkest] * Math.max(least - plane.offset[darkest], 0);
+  const ratio = mean >= LEAST_MEAN ? { uniformity: Math.max(least, 0) / mean, uniformityError: leastError / mean } : {};
+  return { mean, least, most, leastError, ...ratio };
 }
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -153,6 +165,14 @@ function reading(sensor, levels) {
   return sum;
 }
 
+/** Standard error (1 σ) of what a sensor reads, lx: errors of luminaires add in squares, less what renders said of their sum. */
+function errorOf(sensor, levels) {
+  let variance = 0;
+  for (let index = 0; index < levels.length; index++) variance += (sensor.error[index] * levels[index]) ** 2;
+  for (const part of sensor.told) variance -= part.reduce((sum, entry, index) => sum + entry * levels[index], 0) ** 2;
+  return Math.sqrt(Math.max(variance, 0));
+}
+
 /** Moves a sensor along its plane; it then reads the map. False where no light can be. */
 function move(sensor, plane, place) {
   const to = place.map(share => clamp(share, 0, 1));
@@ -160,6 +180,10 @@ function move(sensor, plane, place) {
   if (!corners) return false;
   sensor.moved = to;
   sensor.row = Float64Array.from(plane.layers, layer => weighted(layer, corners));
+  // Errors of a cell's layers are known together only: as if all were off the same way.
+  const share = weighted(plane.error, corners), lamps = Math.sqrt(sensor.row.length);
+  sensor.error = sensor.row.map(value => share * value * lamps);
+  sensor.told = [];
   sensor.offset = weighted(plane.offset, corners);
   return true;
 }
@@ -170,12 +194,21 @@ function putBack(sensor) {
   Object.assign(sensor, sensor.own);
 }
 
-/** Lux that count as reached: what rounding may cost. */
+/** Lux that count as reached: what rounding to the page's steps may cost. */
 const SLACK = 0.05;
 
-/** "met", "low", "high", or "" without a target. */
-function state(sensor, value) {
+/** By how much a sensor has to be above its target, lx, so that a render that checks it finds it met; and below the most allowed. */
+function margins(sensor, levels) {
+  const error = errorOf(sensor, levels);
+  return [scene.sigmas * Math.hypot(error, sensor.noise ?? error), scene.sigmas * error];
+}
+
+/** "met", "low", "high" with the confidence asked for, "open" where the error is too large to say, "" without a target. */
+function state(sensor, levels) {
   if (sensor.target === null) return "";
-  if (value < sensor.target - SLACK) return "low";
-  return sensor.tolerance !== null && value > sensor.target + sensor.tolerance + SLACK ? "high" : "met";
+  const value = reading(sensor, levels), [spare, doubt] = margins(sensor, levels);
+  const most = sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance;
+  if (value + doubt < sensor.target - SLACK) return "low";
+  if (value - doubt > most + SLACK) return "high";
+  return value - spare >= sensor.target - SLACK && value + doubt <= most + SLACK ? "met" : "open";
 }

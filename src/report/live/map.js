@@ -340,7 +340,7 @@ function showLamp(group, lamp, level) {
 }
 
 /** Signs that tell met, too low and too high without colour. */
-const SIGNS = { met: "M-3.4 .2 L-1 2.7 L3.5 -2.4", low: "M0 -3.6 V3.2 M-3 .4 L0 3.4 L3 .4", high: "M0 3.6 V-3.2 M-3 -.4 L0 -3.4 L3 -.4", "": "" };
+const SIGNS = { met: "M-3.4 .2 L-1 2.7 L3.5 -2.4", low: "M0 -3.6 V3.2 M-3 .4 L0 3.4 L3 .4", high: "M0 3.6 V-3.2 M-3 -.4 L0 -3.4 L3 -.4", open: "M-3.4 1 Q-1.7 -2 0 0 T3.4 -1", "": "" };
 
 /** A sensor's mark and plate, once; they are filled and moved later. */
 function sensorMark(sensor, layer, homes) {

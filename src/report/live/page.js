@@ -89,7 +89,7 @@ function say(message, kind = "") {
 function render() {
   if (plane) {
     refresh(plane, scene.levels);
-    if (redraw.layout) layOut();
+    if (redraw.layout && !layOut()) return; // it is drawn once there is room
     const found = figures(plane);
     showFigures(found);
     chooseScale(found);
@@ -101,8 +101,9 @@ function render() {
   redraw = {};
 }
 
-/** Size of the picture, and everything whose place depends on it. */
+/** Size of the picture, and everything whose place depends on it; false as long as the page has none. */
 function layOut() {
+  if (stage.clientWidth < 1) return false;
   const wide = matchMedia("(min-width: 901px)").matches;
   const points = [
     ...(isLevel(plane) ? scene.luminaires.flatMap(lamp => lamp.outlines.flat()) : []),
@@ -115,6 +116,7 @@ function layOut() {
   outlines = drawLamps(view, scene.luminaires, plan.querySelector(".lamps"));
   shown.fill(NaN);
   redraw.legend = redraw.plates = true;
+  return true;
 }
 
 /** The scale follows the map, or stays. */
@@ -135,9 +137,13 @@ function roundTop(most) {
 }
 
 function showFigures(found) {
-  const values = found ? [found.mean, found.least, found.most].map(value => `${lux(value)} lx`) : ["–", "–", "–"];
+  const values = found ? [found.mean, Math.max(found.least, 0), found.most].map(value => `${lux(value)} lx`) : ["–", "–", "–"];
   ["mean", "least", "most"].forEach((id, i) => { $(id).textContent = values[i]; });
-  $("uniformity").textContent = found && found.mean > 0 ? (found.least / found.mean).toFixed(2) : "–";
+  const known = found?.uniformity !== undefined;
+  $("uniformity").textContent = known ? found.uniformity.toFixed(2) : "–";
+  $("errors").textContent = found
+    ? `σ of the darkest cell: ${lux(found.leastError)} lx${known ? `, of U₀ ± ${found.uniformityError.toFixed(3)}` : ""}. The least of many cells reads low by about as much.`
+    : "";
 }
 
 /** Levels that are on the screen. */
@@ -182,10 +188,11 @@ function showGroup(name) {
 /** Readings in the table and in the plan. */
 function showSensors() {
   scene.sensors.forEach((sensor, index) => {
-    const value = reading(sensor, scene.levels), kind = state(sensor, value), row = sensorRows[index];
+    const value = reading(sensor, scene.levels), kind = state(sensor, scene.levels), row = sensorRows[index];
     const difference = value - sensor.target;
-    const verdict = { "": "", met: "✓ met", low: `▼ ${lux(-difference)} short`, high: `▲ ${lux(difference - (sensor.tolerance ?? 0))} over` }[kind];
+    const verdict = { "": "", met: "✓ met", open: "≈ not decided", low: `▼ ${lux(-difference)} short`, high: `▲ ${lux(difference - (sensor.tolerance ?? 0))} over` }[kind];
     setText(row.value, lux(value));
+    setText(row.error, lux(errorOf(sensor, scene.levels)));
     setText(row.verdict, verdict);
     row.verdict.className = `state ${kind}`;
     row.back.hidden = !sensor.moved;
@@ -223,7 +230,7 @@ function showMark(sensor, part, value, kind) {
     part.plate.setAttribute("width", width);
     redraw.plates = true;
   }
-  const asked = sensor.target === null ? "no target" : `target ${lux(sensor.target)} lx, ${{ met: "met", low: "too low", high: "too high" }[kind]}`;
+  const asked = sensor.target === null ? "no target" : `target ${lux(sensor.target)} lx, ${{ met: "met", open: "not decided", low: "too low", high: "too high" }[kind]}`;
   setAttribute(part.group, "aria-label", `Sensor ${sensor.name}: ${lux(value)} lx, ${asked}${free ? "; arrow keys move it" : ""}`);
 }
 
@@ -333,7 +340,7 @@ function choose(lamp) {
 function buildSensors() {
   const table = $("sensors");
   $("sensors-card").hidden = scene.sensors.length === 0;
-  const head = html("tr", {}, ...["Sensor", "lx", "Target", ""].map(title => html("th", { textContent: title, scope: "col" })));
+  const head = html("tr", {}, ...["Sensor", "lx", "σ", "Target", ""].map(title => html("th", { textContent: title, scope: "col" })));
   head.lastChild.setAttribute("aria-label", "Met");
   const body = html("tbody");
   table.append(html("thead", {}, head), body);
@@ -341,18 +348,20 @@ function buildSensors() {
     const target = html("input", { type: "number", min: 0, step: "any", value: sensor.target ?? "", placeholder: "–", inputMode: "decimal" });
     target.setAttribute("aria-label", `Target of ${sensor.name}, lx`);
     target.addEventListener("input", () => {
-      const value = target.valueAsNumber;
-      sensor.target = Number.isFinite(value) && value >= 0 ? value : null;
-      say("");
+      const asked = target.value === "" && !target.validity.badInput ? null : target.valueAsNumber;
+      const sound = asked === null || asked >= 0;
+      target.setAttribute("aria-invalid", String(!sound));
+      if (sound) sensor.target = asked;
+      say(sound ? "" : `Target of ${sensor.name}: found ${target.validity.badInput ? "no number" : target.value}, expected 0 lx or more; it stays ${sensor.target === null ? "without one" : `${lux(sensor.target)} lx`}.`, sound ? "" : "bad");
       schedule();
     });
     const back = html("button", { type: "button", className: "back", textContent: "↺", title: "Back to its place", hidden: true });
     back.setAttribute("aria-label", `Put ${sensor.name} back to its place`);
     back.addEventListener("click", () => returnHome(sensor));
-    const value = html("td"), verdict = html("td", { className: "state" });
+    const value = html("td"), error = html("td", { className: "error" }), verdict = html("td", { className: "state" });
     const name = html("td", { title: sensor.tolerance === null ? sensor.name : `${sensor.name}: at most ${lux(sensor.tolerance)} lx above its target` }, sensor.name, back);
-    body.append(html("tr", {}, name, value, html("td", {}, target), verdict));
-    sensorRows.push({ value, verdict, target, back });
+    body.append(html("tr", {}, name, value, error, html("td", {}, target), verdict));
+    sensorRows.push({ value, error, verdict, target, back });
   }
 }
 
@@ -444,12 +453,11 @@ function choosePlane(index) {
 
 /** Least power for the targets: the file's own solution as long as it holds, else solved here. */
 async function meet() {
-  if (scene.sensors.every(sensor => sensor.target === null)) return say("No sensor has a target: type one into the table.", "bad");
+  if (!scene.sensors.length) return say("There is no sensor, so there is no target to meet.", "bad");
+  if (scene.sensors.every(sensor => sensor.target === null)) return say("No sensor has a target: type one into the table of sensors.", "bad");
   if (scene.optimum && scene.sensors.every(sensor => !sensor.moved && sensor.target === sensor.fileTarget)) {
     dim(scene.optimum.map((level, index) => [index, level]));
-    const short = scene.sensors.map(sensor => ({ sensor, value: reading(sensor, scene.levels) }))
-      .filter(({ sensor, value }) => !["", "met"].includes(state(sensor, value)));
-    return tell({ levels: scene.levels, short: short.map(one => ({ ...one, most: atFull(one.sensor) })) }, "as the command solved it");
+    return tell({ levels: scene.levels, short: shortOf(scene.sensors, scene.levels) }, "as the command solved it");
   }
   say("Searching for the least power …");
   $("meet").disabled = true;
@@ -464,9 +472,6 @@ async function meet() {
   return tell(found, how);
 }
 
-/** What a sensor has with everything at full output, lx. */
-const atFull = sensor => sensor.row.reduce((sum, value) => sum + Math.max(value, 0), sensor.offset);
-
 /** Says how a search ended. */
 function tell({ levels, short }, how) {
   const watts = totalWatts(scene.luminaires, levels);
@@ -474,13 +479,14 @@ function tell({ levels, short }, how) {
     const share = scene.fullPower > 0 ? `, ${(100 * watts / scene.fullPower).toFixed(1)} % of full output` : "";
     return say(`Targets met with ${power(watts)}${share}; ${how}.`, "good");
   }
-  const each = short.slice(0, 5).map(({ sensor, value, most }) => {
+  const each = short.slice(0, 5).map(({ sensor, value, error, most, state }) => {
     const exact = Math.abs(sensor.target - value) < 1 ? number => number.toFixed(1) : lux;
-    const wanted = `${sensor.name} ${exact(value)} of ${exact(sensor.target)} lx`;
+    const wanted = `${sensor.name} ${exact(value)} ${state === "open" ? `± ${lux(error)} ` : ""}of ${exact(sensor.target)} lx`;
     return most < sensor.target ? `${wanted} (at most ${exact(most)})` : wanted;
   });
   const more = short.length > 5 ? `, and ${short.length - 5} more` : "";
-  return say(`Not all targets can be met: ${each.join(", ")}${more}. This is as near as they get; ${how}.`, "bad");
+  const what = short.some(({ state }) => state !== "open") ? "Not all targets can be met" : "Not all targets are surely met";
+  return say(`${what}: ${each.join(", ")}${more}. This is as near as they get; ${how}.`, "bad");
 }
 
 // --- files -----------------------------------------------------------------------------------------------------------

@@ -263,28 +263,54 @@ function split(lamp, low, high, level) {
   return [[low, nearest], [nearest, high]];
 }
 
+/** Sensors whose targets are not surely met, each with what it gets, its error, and the most it can get. */
+function shortOf(sensors, levels) {
+  const of = sensor => ({
+    sensor,
+    value: reading(sensor, levels),
+    error: errorOf(sensor, levels),
+    most: sensor.row.reduce((sum, lux) => sum + Math.max(lux, 0), sensor.offset),
+    state: state(sensor, levels),
+  });
+  return sensors.map(of).filter(({ state }) => state !== "met" && state !== "");
+}
+
+/** Rounds in which the margins, which depend on the levels, settle. */
+const MARGIN_ROUNDS = 4;
+
 /**
- * Levels for the sensors' targets, the nearest to them where they can't be met.
- * Returns `{ levels, watts, proven, above, met, short }`; short: sensors not met, each with what it gets and the most it can get.
+ * Levels for the sensors' targets by a margin of `scene.sigmas` errors, the nearest to them where they can't be met.
+ * Returns `{ levels, watts, proven, above, short }`; short: see `shortOf`.
  */
 function meetTargets(lamps, sensors, milliseconds) {
-  const asked = sensors.filter(sensor => sensor.target !== null);
-  const rows = asked.map(sensor => ({
+  const asked = sensors.filter(sensor => sensor.target !== null), each = milliseconds / MARGIN_ROUNDS;
+  const none = [0, 0], within = ([low, high], [most, least]) => low <= most && high <= least;
+  let moved = asked.map(() => none), found = null;
+  for (let round = 0; round < MARGIN_ROUNDS; round++) {
+    found = solved(lamps, asked, moved, each);
+    const needed = asked.map(sensor => room(sensor, margins(sensor, found.levels)));
+    if (needed.every((own, index) => within(own, moved[index]))) break;
+    moved = needed.map(own => own.map(margin => 1.03 * margin)); // levels move on
+  }
+  return { ...found, short: shortOf(asked, found.levels) };
+}
+
+/** Margins, but no more of both together than nine tenths of the tolerance: where errors are larger, the middle is aimed at. */
+function room({ tolerance }, margins) {
+  const both = margins[0] + margins[1], most = tolerance === null ? Infinity : 0.9 * tolerance;
+  return both > most ? margins.map(margin => margin * most / both) : margins;
+}
+
+/** Levels of least power for targets moved by margins, the nearest to them where they can't be had. */
+function solved(lamps, asked, moved, milliseconds) {
+  const rows = asked.map((sensor, index) => ({
     row: sensor.row,
-    low: sensor.target - sensor.offset,
-    high: sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance - sensor.offset,
+    low: sensor.target - sensor.offset + moved[index][0],
+    high: sensor.tolerance === null ? Infinity : sensor.target + sensor.tolerance - sensor.offset - moved[index][1],
   }));
   const bare = rows.filter(({ row, low, high }) => {
     const most = row.reduce((sum, lux) => sum + Math.max(lux, 0), 0);
     return low > 0 || most > high || row.some(lux => lux < 0); // others hold whatever the levels
   });
-  const found = leastPower(lamps, bare, milliseconds);
-  if (found) return { ...found, met: true, short: [] };
-  const near = leastPower(lamps, bare, milliseconds, true);
-  const short = asked.map(sensor => {
-    const value = reading(sensor, near.levels);
-    const most = sensor.row.reduce((sum, lux) => sum + Math.max(lux, 0), sensor.offset);
-    return { sensor, value, most, state: state(sensor, value) };
-  }).filter(({ state }) => state !== "met");
-  return { ...near, met: false, short };
+  return leastPower(lamps, bare, milliseconds) ?? leastPower(lamps, bare, milliseconds, true);
 }
