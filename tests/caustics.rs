@@ -84,7 +84,8 @@ fn a_beam_keeps_its_flux_and_its_edge() {
     let dark = |cell: usize| {
         let near = (-3..=3).flat_map(|row| (-3..=3).map(move |column| [column, row]));
         near.map(|[column, row]: [i64; 2]| {
-            let [x, y] = [(cell % CELLS) as i64 + column, (cell / CELLS) as i64 + row].map(|at| at.clamp(0, 39) as usize);
+            let [x, y] =
+                [(cell % CELLS) as i64 + column, (cell / CELLS) as i64 + row].map(|at| at.clamp(0, 39) as usize);
             exact[y * CELLS + x]
         })
         .all(|lux| lux == 0.0)
@@ -142,7 +143,13 @@ fn claims_of_caustics_are_true() {
                 let [x, y] = [reading.position.x, reading.position.y];
                 let direct = 2.0 * INTENSITY / ((x - 1.0).powi(2) + (y - 2.0).powi(2) + 2.0_f64.powi(2)).powf(1.5);
                 let z = (reading.illuminance - direct - exact(x, y)) / reading.standard_error;
-                println!("{photons}, sensor {}: {:.2} ± {:.2}, {:.2} σ", reading.name, reading.illuminance - direct, reading.standard_error, z);
+                println!(
+                    "{photons}, sensor {}: {:.2} ± {:.2}, {:.2} σ",
+                    reading.name,
+                    reading.illuminance - direct,
+                    reading.standard_error,
+                    z
+                );
                 inside[0] += f64::from(u8::from(z.abs() <= 2.0));
                 inside[1] += 1.0;
             }

@@ -44,9 +44,8 @@ pub fn choose<const C: usize>(
         return scales.swap_remove(plain);
     };
     let last = scales.len() - 1;
-    let off = |a: usize, b: usize, point: usize| {
-        photometric(scales[a][point].value) - photometric(scales[b][point].value)
-    };
+    let off =
+        |a: usize, b: usize, point: usize| photometric(scales[a][point].value) - photometric(scales[b][point].value);
     let noise = |wide: usize, narrow: usize, point: usize| {
         (scales[narrow][point].variance - scales[wide][point].variance).max(0.0)
     };
@@ -94,7 +93,8 @@ const DOUBT: f64 = 2.5;
 /// disc that met nothing is no proof of darkness.
 pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize, Estimate<C>) {
     let least = |disc: usize| quantum * 4.0_f64.powi(disc as i32);
-    let variance = |disc: usize| discs[disc].variance.max(if discs[disc].variance > 0.0 { 0.0 } else { least(disc).powi(2) });
+    let variance =
+        |disc: usize| discs[disc].variance.max(if discs[disc].variance > 0.0 { 0.0 } else { least(disc).powi(2) });
     let off = |a: usize, b: usize| photometric(discs[a].value) - photometric(discs[b].value);
     let apart = |wide: usize, narrow: usize| {
         let spread = variance(narrow).max(variance(wide) * 4.0_f64.powi((narrow - wide) as i32)) - variance(wide);

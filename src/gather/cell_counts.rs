@@ -103,7 +103,8 @@ mod tests {
             for offset in [-0.4, -0.25, 0.0, 0.1, 0.33_f32] {
                 let inside = |[x, y]: [f32; 2]| (x - 0.5) * cos + (y - 0.5) * sin < offset;
                 let found = (0..POINTS).filter(|&index| inside(spread(index))).count() as f64 / f64::from(POINTS);
-                let fine = (0..250_000).filter(|i| inside([(i % 500) as f32 / 500.0 + 1e-3, (i / 500) as f32 / 500.0 + 1e-3]));
+                let fine =
+                    (0..250_000).filter(|i| inside([(i % 500) as f32 / 500.0 + 1e-3, (i / 500) as f32 / 500.0 + 1e-3]));
                 let expected = fine.count() as f64 / 250_000.0;
                 assert!((found - expected).abs() < 0.012, "{degrees}°, {offset}: {found} of {expected}");
             }

@@ -460,7 +460,13 @@ pub struct CrossingRecorder<'a, const C: usize> {
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
     pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
-        Self { receivers, keep, sources: false, cells_count: false, crossings: vec![Crossings::default(); receivers.len()] }
+        Self {
+            receivers,
+            keep,
+            sources: false,
+            cells_count: false,
+            crossings: vec![Crossings::default(); receivers.len()],
+        }
     }
 
     /// The same, which keeps the luminaires too, if they matter.

@@ -57,7 +57,8 @@ impl<const C: usize> Rendering<'_, C> {
         });
         let points = places.iter().map(|place| place.receiver.len() as u64).sum();
         self.timed("gather", points, |this| {
-            for (place, [sharp, smooth]) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane()) {
+            for (place, [sharp, smooth]) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane())
+            {
                 if this.plan.method == Method::Seed {
                     this.papers_densities(place, sharp, &surfaces, searches.smooth);
                 } else {
@@ -119,13 +120,19 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let widest = self.searches.sharp.radius;
         let groups = groups.as_mut().map(|groups| (&mut groups.sharp, groups.layout));
-        add_rows(&mut density.sharp, LADDER, groups, || map.scratch(), |point, disc, scratch, groups| {
-            if !has_value[point] {
-                return Estimate::DARK;
-            }
-            let radius = disc_radius(widest, disc).max(self.searches.sharp.floor);
-            local_linear_within(map, receiver.points[point], radius, &surroundings[point], scratch, groups)
-        });
+        add_rows(
+            &mut density.sharp,
+            LADDER,
+            groups,
+            || map.scratch(),
+            |point, disc, scratch, groups| {
+                if !has_value[point] {
+                    return Estimate::DARK;
+                }
+                let radius = disc_radius(widest, disc).max(self.searches.sharp.floor);
+                local_linear_within(map, receiver.points[point], radius, &surroundings[point], scratch, groups)
+            },
+        );
     }
 
     /// Adds what one set of photons says of smooth light with each k.
@@ -136,14 +143,20 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let scales = self.scales();
         let groups = groups.as_mut().map(|groups| (&mut groups.smooth, groups.layout));
-        add_rows(&mut density.smooth, scales.len(), groups, || map.scratch(), |point, scale, scratch, groups| {
-            if !has_value[point] {
-                return Estimate::DARK;
-            }
-            let nearest = ((search.nearest as f64 * scales[scale]) as usize).max(2);
-            let search = Search { nearest, ..search };
-            local_linear_in_groups(map, receiver.points[point], search, &surroundings[point], scratch, groups)
-        });
+        add_rows(
+            &mut density.smooth,
+            scales.len(),
+            groups,
+            || map.scratch(),
+            |point, scale, scratch, groups| {
+                if !has_value[point] {
+                    return Estimate::DARK;
+                }
+                let nearest = ((search.nearest as f64 * scales[scale]) as usize).max(2);
+                let search = Search { nearest, ..search };
+                local_linear_in_groups(map, receiver.points[point], search, &surroundings[point], scratch, groups)
+            },
+        );
     }
 
     /// Multiples of k that are tried; the paper knows one.
@@ -219,7 +232,9 @@ impl<const C: usize> Rendering<'_, C> {
         let of = |scale: usize| density.smooth.chunks(scales).map(|sums| sums[scale].mean(passes)).collect();
         let fixed = self.settings.nearest.is_some() || self.plan.method == Method::Seed;
         let mut chosen = Vec::new();
-        let found = choose((0..scales).map(of).collect(), factors, fixed, receiver.grid, has_value, |scale| chosen.push(scale as u8));
+        let found = choose((0..scales).map(of).collect(), factors, fixed, receiver.grid, has_value, |scale| {
+            chosen.push(scale as u8)
+        });
         groups.iter_mut().for_each(|groups| groups.smooth_scales = std::mem::take(&mut chosen));
         found
     }

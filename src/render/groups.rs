@@ -215,9 +215,8 @@ impl PlaceGroups {
                 continue;
             }
             let of_point = sums.len() / scales.len();
-            let chosen = |point: usize| {
-                sums[point * of_point + usize::from(scales[point]) * stride..][..stride].split_at(width)
-            };
+            let chosen =
+                |point: usize| sums[point * of_point + usize::from(scales[point]) * stride..][..stride].split_at(width);
             bounced.par_chunks_mut(width).enumerate().with_min_len(64).for_each(|(point, row)| {
                 let sums = row.iter_mut().zip(chosen(point).0);
                 sums.for_each(|(lux, sum)| *lux = (f64::from(*lux) + sum.value() / passes) as f32);

@@ -3,21 +3,20 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-
 use super::keeping::{self, Keeping, Schedule};
 use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
-    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS, Place,
+    Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::gather::camera::{Eye, first_surface};
 use crate::gather::caustics::{CausticMap, Caustics};
-use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
 use crate::gather::cell_counts::Cells;
+use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
 use crate::gather::density::Search;
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
@@ -200,7 +199,7 @@ impl<const C: usize> Rendering<'_, C> {
         let rounds = self.rounds();
         for round in pass * rounds..(pass + 1) * rounds {
             let (mut light, mut by_group) = (None, None);
-            let mut caustics = Caustics::default();
+            let mut caustics = None;
             if let Some(tracer) = &engine.tracer {
                 let caught =
                     self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, places, round));
@@ -208,7 +207,8 @@ impl<const C: usize> Rendering<'_, C> {
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
                 self.gather::<T>(places, caught.crossings, caught.landings, self.searches.of_pass(number));
-                caustics = caught.caustics;
+                let area = engine.area;
+                caustics = caught.caustics.map(|caustics| self.caustic_map(caustics, rounds, round, area));
                 if let Some(grid) = &engine.grid {
                     self.timed("build records", 1, |this| {
                         let patches = PatchLight::new(grid, &caught.patches);
@@ -219,7 +219,9 @@ impl<const C: usize> Rendering<'_, C> {
                 }
             }
             if let Some(sight) = &engine.sight {
-                let records = engine.grid.as_ref().zip(light.as_ref()).map(|(grid, light)| Records { grid, light });
+                let caustics = caustics.as_ref();
+                let patches = engine.grid.as_ref().zip(light.as_ref());
+                let records = patches.map(|(grid, light)| Records { grid, light, caustics });
                 if places.iter().any(|place| place.samples.is_some()) {
                     let points = places.iter().map(|place| place.receiver.len() as u64).sum();
                     self.timed("gather rays", points, |this| {
@@ -229,9 +231,7 @@ impl<const C: usize> Rendering<'_, C> {
                     });
                 }
                 if !views.is_empty() {
-                    let caustics =
-                        (!caustics.is_empty()).then(|| self.caustic_map(caustics, rounds, round, engine.area));
-                    let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
+                    let eye = Eye { sight, caster: engine.caster, records, caustics };
                     self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
                 }
             }
@@ -249,7 +249,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces near, m².
+    /// The caustics of one of a pass's `rounds` rounds, ready for rays and cameras; `area` is that of all surfaces near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
         let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
@@ -340,12 +340,18 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> Vec<R> {
         let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
         let advance = |photons| self.progress.advance(photons);
-        let looked_at = self.plan.caustics && !self.scene.cameras.is_empty();
+        let looked_at = self.asks_for_caustics();
         let record = || (record(), looked_at.then(Caustics::default));
         let (records, flux) = tracer.trace(seed, round, record, advance);
         let (records, caustics): (Vec<R>, Vec<Option<Caustics<C>>>) = records.into_iter().unzip();
-        (caught.caustics, caught.flux) = (Caustics::merge(caustics.into_iter().flatten()), flux);
+        caught.caustics = looked_at.then(|| Caustics::merge(caustics.into_iter().flatten()));
+        caught.flux = flux;
         records
+    }
+
+    /// Whether caustics are asked for where rays or cameras meet surfaces.
+    fn asks_for_caustics(&self) -> bool {
+        self.plan.caustics && (self.plan.method == Method::Gather || !self.scene.cameras.is_empty())
     }
 
     /// One round's rays from every point of a receiver.
@@ -482,7 +488,7 @@ impl<'a, const C: usize> Engine<'a, C> {
             let useful = |material: u32| scene.materials[material as usize].is_diffuse();
             PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
         });
-        let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
+        let looked_at = if run.asks_for_caustics() { scene.mesh.triangles.len() } else { 0 };
         let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
         let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
         let area = near.map(|corners| triangle_area(&corners)).sum();
@@ -514,7 +520,8 @@ fn watched<'a, const C: usize>(
                 Watched::bodies(&place.receiver, radius, floor, caster)
             }
         };
-        let width = if place.groups.is_some() { run.groups.as_ref().map_or(0, |groups| groups.width::<C>()) } else { 0 };
+        let width =
+            if place.groups.is_some() { run.groups.as_ref().map_or(0, |groups| groups.width::<C>()) } else { 0 };
         place.counts = Some(Counts::new(watched.areas(), width));
         watched
     };
@@ -562,7 +569,7 @@ fn mean_sight<const C: usize>(
 struct Caught<'p, const C: usize> {
     crossings: Vec<Crossings<C>>,
     landings: Photons<C>,
-    caustics: Caustics<C>,
+    caustics: Option<Caustics<C>>,
     patches: Vec<PatchRecorder<'p, C>>,
     met: Vec<Met<C>>,
     flux: Tally<C>,
@@ -573,7 +580,7 @@ impl<const C: usize> Default for Caught<'_, C> {
         Self {
             crossings: Vec::new(),
             landings: Photons::default(),
-            caustics: Caustics::default(),
+            caustics: None,
             patches: Vec::new(),
             met: Vec::new(),
             flux: Tally::default(),

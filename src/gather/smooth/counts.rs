@@ -12,15 +12,14 @@ use crate::gather::density::Estimate;
 use crate::photon::flux::photometric;
 
 /// Cells to each side over which risk and blur are taken.
-static RISK_POOL: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| tune("T_RISK", 4.0) as usize);
-static BLUR_POOL: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| tune("T_BLUR", 4.0) as usize);
-fn tune(name: &str, default: f64) -> f64 { std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(default) }
+const RISK_POOL: usize = 4;
+const BLUR_POOL: usize = 4;
 
 /// How many σ a window's fit may differ from a narrower one's.
-static DOUBT: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| tune("T_DOUBT", 3.0));
+const DOUBT: f64 = 3.0;
 
 /// Blur's squared share of the noise where windows are chosen by their risk.
-static BLUR_AT_LEAST_RISK: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| tune("T_LEAST", 0.25));
+const BLUR_AT_LEAST_RISK: f64 = 0.25;
 
 /// What one window says of a cell.
 #[derive(Clone, Copy)]
@@ -58,7 +57,7 @@ impl Smoother {
                     off * off + (2.0 * f64::from(fit.own) - 1.0) * raw[point].variance
                 };
                 let risks: Vec<f64> = (0..raw.len()).map(risk).collect();
-                self.box_means(&risks, has_value, *RISK_POOL)
+                self.box_means(&risks, has_value, RISK_POOL)
             })
             .collect();
         let best: Vec<usize> = (0..raw.len())
@@ -77,7 +76,7 @@ impl Smoother {
                     return Estimate::DARK;
                 }
                 let Counted { fit, variance } = fits[point][best[point]];
-                let blur = if best[point] == 0 { 0.0 } else { blur[point].max(*BLUR_AT_LEAST_RISK * variance) };
+                let blur = if best[point] == 0 { 0.0 } else { blur[point].max(BLUR_AT_LEAST_RISK * variance) };
                 // Where no photon was met, one may have been missed.
                 let unseen = if variance > 0.0 { 0.0 } else { (f64::from(fit.own) * quantum(point)).powi(2) };
                 Estimate { value: fit.value.map(f64::from), variance: variance + blur + unseen }
@@ -101,7 +100,7 @@ impl Smoother {
         };
         let excess: Vec<f64> = (0..fits.len()).map(excess).collect();
         let smoothed: Vec<bool> = best.iter().map(|&window| window > 0).collect();
-        let means = box_means(&excess, &smoothed, [self.columns, self.rows], *BLUR_POOL);
+        let means = box_means(&excess, &smoothed, [self.columns, self.rows], BLUR_POOL);
         means.into_iter().map(|square| square.max(0.0)).collect()
     }
 
@@ -117,7 +116,10 @@ impl Smoother {
         let mut sums = Sums::new();
         for (counted, window) in fits.iter_mut().zip(&self.windows) {
             if self.gates.open(point, window.half) {
-                *counted = Counted { fit: self.open_fit(point, window, raw), variance: self.open_variance(point, window, raw) };
+                *counted = Counted {
+                    fit: self.open_fit(point, window, raw),
+                    variance: self.open_variance(point, window, raw),
+                };
                 continue;
             }
             self.reach(point, window, reached, |offset, there| sums.add(offset, &raw[there].value));
@@ -160,6 +162,6 @@ fn agrees<const C: usize>(fits: &[Counted<C>; WINDOWS.len()], window: usize, qua
     let level = wide.fit.photometric();
     fits[..window].iter().filter(|narrow| narrow.fit.squares > wide.fit.squares).all(|narrow| {
         let own = narrow.variance.max(level * quantum * f64::from(narrow.fit.squares));
-        (narrow.fit.photometric() - level).powi(2) <= *DOUBT * *DOUBT * own
+        (narrow.fit.photometric() - level).powi(2) <= DOUBT * DOUBT * own
     })
 }
