@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::gather::density::{GroupSums, LADDER};
 use crate::gather::receiver::Receiver;
 use crate::gather::smooth::BATCHES;
+use crate::gather::smooth::counts::Smoothed;
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::report::{GroupMap, GroupReading};
@@ -37,7 +38,7 @@ pub(super) struct PlaceGroups {
     pub(super) smooth_scales: Vec<u8>,
     /// Which window of the smoothing was: of what rays found, and of photons in cells.
     pub(super) windows: Vec<usize>,
-    pub(super) counted_windows: Vec<usize>,
+    pub(super) counted_windows: Vec<Smoothed>,
     /// Light that has bounced: a row for each point.
     bounced: Vec<f32>,
     /// Variance of the photometric value of that, lx²: for each point, of each group.
@@ -177,7 +178,11 @@ impl<const C: usize> Rendering<'_, C> {
                 let counted = counts.as_ref().map_or_else(Vec::new, |counts| counts.group_means(passes));
                 let counted = match smoother {
                     Some(smoother) if !counted.is_empty() => {
-                        smoother.apply(&groups.counted_windows, &counted, groups.width, has_value)
+                        let windows: Vec<usize> = groups.counted_windows.iter().map(|cell| cell.window).collect();
+                        let mut fits = smoother.apply(&windows, &counted, groups.width, has_value);
+                        let cells = fits.chunks_mut(groups.width).zip(&groups.counted_windows);
+                        cells.for_each(|(row, cell)| row.iter_mut().for_each(|lux| *lux *= cell.restored));
+                        fits
                     }
                     _ => counted,
                 };

@@ -12,14 +12,27 @@ use crate::gather::density::Estimate;
 use crate::photon::flux::photometric;
 
 /// Cells to each side over which risk and blur are taken.
-const RISK_POOL: usize = 4;
+const RISK_POOL: usize = 6;
 const BLUR_POOL: usize = 4;
 
 /// How many σ a window's fit may differ from a narrower one's.
 const DOUBT: f64 = 3.0;
 
 /// Blur's squared share of the noise where windows are chosen by their risk.
-const BLUR_AT_LEAST_RISK: f64 = 0.25;
+const BLUR_AT_LEAST_RISK: f64 = 0.5;
+
+/// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
+const FLUX_POOL: usize = 10;
+const MOST_RESTORED: f64 = 1.25;
+
+/// What was done to the counts of a cell: to be done to its parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Smoothed {
+    /// Number of the window.
+    pub window: usize,
+    /// By what its fit was multiplied.
+    pub restored: f32,
+}
 
 /// What one window says of a cell.
 #[derive(Clone, Copy)]
@@ -33,13 +46,14 @@ impl Smoother {
     /// The estimate at every cell with its neighbours' help, and its variance, blur included. `raw` is what the cells
     /// counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each, lx.
     ///
-    /// The window chosen at each cell is in `chosen`. Cost: 4 to 20 µs a cell.
+    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the cells
+    /// about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
     pub fn smooth_counts<const C: usize>(
         &self,
         raw: &[Estimate<C>],
         quantum: impl Fn(usize) -> f64 + Sync,
         has_value: &[bool],
-        chosen: &mut Vec<usize>,
+        chosen: &mut Vec<Smoothed>,
     ) -> Vec<Estimate<C>> {
         let fits: Vec<[Counted<C>; WINDOWS.len()]> = (0..raw.len())
             .into_par_iter()
@@ -70,6 +84,7 @@ impl Smoother {
             })
             .collect();
         let blur = self.blur(&fits, &best);
+        let restored = self.restored(raw, &fits, &best, has_value);
         let smoothed = (0..raw.len())
             .map(|point| {
                 if !has_value[point] {
@@ -79,11 +94,31 @@ impl Smoother {
                 let blur = if best[point] == 0 { 0.0 } else { blur[point].max(BLUR_AT_LEAST_RISK * variance) };
                 // Where no photon was met, one may have been missed.
                 let unseen = if variance > 0.0 { 0.0 } else { (f64::from(fit.own) * quantum(point)).powi(2) };
-                Estimate { value: fit.value.map(f64::from), variance: variance + blur + unseen }
+                let times = f64::from(restored[point]);
+                let value = fit.value.map(|lux| times * f64::from(lux));
+                Estimate { value, variance: times * times * (variance + blur) + unseen }
             })
             .collect();
-        *chosen = best;
+        *chosen = best.iter().zip(restored).map(|(&window, restored)| Smoothed { window, restored }).collect();
         smoothed
+    }
+
+    /// By what smoothed cells are multiplied, so that as much light is about each as was counted there.
+    fn restored<const C: usize>(
+        &self,
+        raw: &[Estimate<C>],
+        fits: &[[Counted<C>; WINDOWS.len()]],
+        best: &[usize],
+        has_value: &[bool],
+    ) -> Vec<f32> {
+        let counted: Vec<f64> = raw.iter().map(|estimate| photometric(estimate.value)).collect();
+        let fitted: Vec<f64> = (0..raw.len()).map(|point| fits[point][best[point]].fit.photometric()).collect();
+        let [counted, fitted] = [counted, fitted].map(|values| self.box_means(&values, has_value, FLUX_POOL));
+        let ratio = |(counted, fitted): (&f64, &f64)| {
+            let ratio = if *fitted > 0.0 { counted / fitted } else { 1.0 };
+            ratio.clamp(1.0 / MOST_RESTORED, MOST_RESTORED) as f32
+        };
+        counted.iter().zip(&fitted).map(ratio).collect()
     }
 
     /// Squared blur of the windows chosen: their squared difference to rougher ones, less what noise makes of it; over
