@@ -80,7 +80,8 @@ impl Smoother {
             .map(|point| {
                 let better = |&a: &usize, &b: &usize| risks[a][point].total_cmp(&risks[b][point]);
                 let possible = |&window: &usize| agrees(&fits[point], window, quantum(point));
-                (0..WINDOWS.len()).filter(possible).min_by(better).unwrap_or(0)
+                // Of windows as good as each other the widest: where nothing was met it has most to say.
+                (0..WINDOWS.len()).rev().filter(possible).min_by(better).unwrap_or(0)
             })
             .collect();
         let blur = self.blur(&fits, &best);
