@@ -73,7 +73,7 @@ fn measure(scene: &Scene, caster: &RayCaster, photons: u64) {
     let grid = PatchGrid::new(&scene.mesh, useful, patch as f32, (&scene.near, 0.1), 2e-3);
     let light = PatchLight::new(&grid, &tracer.trace(Seed(1), 0, || PatchRecorder::new(&grid), |_| {}).0);
     let sight = Sight::new(scene, caster, false);
-    let records = Some(Records { grid: &grid, light: &light });
+    let records = Some(Records { grid: &grid, light: &light, caustics: None });
     let gather = || -> u64 {
         let of_points = |(part, looks): (usize, &[(Vec3, Vec3)])| {
             let (mut stream, mut cast) = (Seed(2).stream(part as u64), 0);

@@ -24,11 +24,12 @@ pub struct Caustics<const C: usize> {
     landed: Vec<Landed<C>>,
 }
 
-/// What a photon brought, and the unit normal of the side on which it landed.
+/// What a photon brought, the unit normal of the side on which it landed, and the number of its luminaire.
 #[derive(Clone, Copy, Debug)]
 struct Landed<const C: usize> {
     flux: Flux<C>,
     normal: Vec3,
+    luminaire: u32,
 }
 
 impl<const C: usize> Default for Caustics<C> {
@@ -67,7 +68,7 @@ impl<const C: usize> Recorder<C> for Caustics<C> {
         {
             let normal = if flight.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
             self.positions.push(hit.position.to_array());
-            self.landed.push(Landed { flux, normal });
+            self.landed.push(Landed { flux, normal, luminaire: flight.luminaire });
         }
     }
 }
@@ -113,6 +114,21 @@ impl<const C: usize> CausticMap<C> {
         stream: &mut Stream,
         scratch: &mut Scratch,
     ) -> [f64; C] {
+        let mut sum = [0.0; C];
+        self.each(at, above, normal, (caster, stream), scratch, |_, lux| (0..C).for_each(|c| sum[c] += lux[c]));
+        sum
+    }
+
+    /// The same, photon by photon: `meet` hears the number of its luminaire and what it brings, lx.
+    pub fn each(
+        &self,
+        at: Vec3,
+        above: Vec3,
+        normal: Vec3,
+        (caster, stream): (&RayCaster, &mut Stream),
+        scratch: &mut Scratch,
+        mut meet: impl FnMut(u32, [f64; C]),
+    ) {
         let Scratch { tree, found } = scratch;
         found.clear();
         let Search { nearest, radius, floor } = self.search;
@@ -129,20 +145,19 @@ impl<const C: usize> CausticMap<C> {
             self.photons.landed[photon].normal.dot(normal) > ALIKE && offset.dot(normal).abs() <= thickness
         });
         if found.is_empty() {
-            return [0.0; C];
+            return;
         }
         let fan = Fan::look(above, normal, radius, caster, stream);
-        let mut sum = [0.0; C];
+        let area = std::f64::consts::PI * f64::from(radius * radius);
+        let per_share = 2.0 / (area * fan.open);
         for &(photon, distance_squared) in found.iter() {
             let offset = Vec3::from(self.photons.positions[photon as usize]) - at;
             let share = f64::from(1.0 - distance_squared / (radius * radius));
             if share > 0.0 && fan.sees(offset) {
-                let flux = self.photons.landed[photon as usize].flux;
-                (0..C).for_each(|c| sum[c] += share * f64::from(flux.0[c]));
+                let Landed { flux, luminaire, .. } = self.photons.landed[photon as usize];
+                meet(luminaire, flux.0.map(|flux| share * per_share * f64::from(flux)));
             }
         }
-        let area = std::f64::consts::PI * f64::from(radius * radius);
-        sum.map(|sum| 2.0 * sum / (area * fan.open))
     }
 }
 

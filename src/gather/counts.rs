@@ -1,7 +1,9 @@
-//! Photons counted where they are met: on samples of measured surfaces, and near measured bodies.
+//! Photons counted where they are met: in cells of measuring planes, on samples of measured surfaces, and near measured
+//! bodies.
 //!
-//! Illuminance is flux over area. A sample of a surface has an area, so the photons that land on it are all that is
-//! needed: no search, no edge to correct, no light from behind. A body gets the light that passes it: a flight closer than
+//! Illuminance is flux over area. A cell or a sample of a surface has an area, so the photons that cross it or land on it
+//! are all that is needed: no search, no blur, no edge to correct, no light from behind. In cells light with edges is
+//! counted, direct light and caustics; light that met a diffuse surface bears a search that takes in more. A body gets the light that passes it: a flight closer than
 //! R, seen end on, crosses a disc of π R² about the body, and counts by the body's kernel.
 
 use std::io;
@@ -9,12 +11,14 @@ use std::io;
 use glam::{DVec3, Vec3};
 
 use super::bodies::Body;
+use super::cell_counts::Cells;
 use super::density::Estimate;
 use super::receiver::{Keep, Receiver};
 use crate::embree::RayCaster;
+use crate::luminaire::LightGroups;
 use crate::photon::flux::{Flux, photometric};
 use crate::photon::random::{Seed, Stream};
-use crate::photon::trace::{Flight, Recorder};
+use crate::photon::trace::{Flight, History, Recorder};
 use crate::scene::{MeasuredSurface, Mesh};
 use crate::state::Sum;
 use crate::state::tape::Tape;
@@ -28,32 +32,58 @@ pub struct Counts<const C: usize> {
     sums: Vec<([Sum; C], Sum)>,
     /// m².
     areas: Vec<f64>,
+    /// Numbers in a row of light groups; 0 where they are not told apart.
+    width: usize,
+    /// Rows of Σ φ, lm, of each point by light group.
+    groups: Vec<Sum>,
 }
 
 impl<const C: usize> Counts<C> {
-    /// None yet, of points that stand for these areas (m²).
-    pub fn new(areas: Vec<f64>) -> Self {
-        Self { sums: vec![([Sum::ZERO; C], Sum::ZERO); areas.len()], areas }
+    /// None yet, of points that stand for these areas (m²), with rows of `width` numbers for light groups.
+    pub fn new(areas: Vec<f64>, width: usize) -> Self {
+        let groups = vec![Sum::ZERO; areas.len() * width];
+        Self { sums: vec![([Sum::ZERO; C], Sum::ZERO); areas.len()], areas, width, groups }
     }
 
-    /// Adds a photon.
-    pub fn add(&mut self, met: &Met<C>) {
-        let (sum, squares) = &mut self.sums[met.point as usize];
+    /// Adds a photon; `groups` tell whose it is.
+    pub fn add(&mut self, met: &Met<C>, groups: Option<&LightGroups>) {
+        let point = met.point as usize;
+        let (sum, squares) = &mut self.sums[point];
         (0..C).for_each(|c| sum[c].add(f64::from(met.flux.0[c])));
         squares.add(photometric(met.flux.0.map(f64::from)).powi(2));
+        if let (Some(groups), true) = (groups, self.width > 0) {
+            let first = point * self.width + groups.group(met.luminaire) as usize * C;
+            self.groups[first..][..C].iter_mut().zip(met.flux.0).for_each(|(sum, flux)| sum.add(f64::from(flux)));
+        }
     }
 
     /// Hands its sums over.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.sums
             .iter_mut()
-            .try_for_each(|(sum, squares)| sum.iter_mut().chain([squares]).try_for_each(|sum| tape.sum(sum)))
+            .try_for_each(|(sum, squares)| sum.iter_mut().chain([squares]).try_for_each(|sum| tape.sum(sum)))?;
+        tape.sums(&mut self.groups)
+    }
+
+    /// E of the light groups after `maps` sets of photons: a row of all for each point. None without groups.
+    pub fn group_means(&self, maps: f64) -> Vec<f32> {
+        let areas = self.areas.iter().flat_map(|area| std::iter::repeat_n(*area, self.width));
+        let mean = |(sum, area): (&Sum, f64)| if area > 0.0 { (sum.value() / (maps * area)) as f32 } else { 0.0 };
+        self.groups.iter().zip(areas).map(mean).collect()
+    }
+
+    /// Area of a point, m².
+    pub fn area(&self, point: usize) -> f64 {
+        self.areas[point]
     }
 
     /// E at a point after `maps` sets of photons, each of the luminaires' whole flux. Its variance is that of independent
     /// photons; with none it is 0 ± 0.
     pub fn estimate(&self, point: usize, maps: f64) -> Estimate<C> {
         let whole = maps * self.areas[point];
+        if whole <= 0.0 {
+            return Estimate::DARK;
+        }
         let (sum, squares) = self.sums[point];
         Estimate { value: sum.map(|flux| flux.value() / whole), variance: squares.value() / (whole * whole) }
     }
@@ -61,8 +91,10 @@ impl<const C: usize> Counts<C> {
 
 /// What photons are watched for at one receiver.
 pub enum Watched<'a> {
-    /// Nothing: planes count crossings by themselves.
+    /// Nothing: other records tell its light.
     Nothing,
+    /// Cells of a plane, where light has edges.
+    Cells(Cells),
     /// Samples of a surface.
     Surface(&'a MeasuredSurface),
     /// Bodies, where they are, and the squares of their discs' radii, m².
@@ -86,6 +118,7 @@ impl Watched<'_> {
     pub fn areas(&self) -> Vec<f64> {
         match self {
             Self::Nothing => Vec::new(),
+            Self::Cells(cells) => cells.areas().to_vec(),
             Self::Surface(surface) => surface.samples.iter().map(|sample| sample.area()).collect(),
             Self::Bodies(bodies) => bodies.iter().map(|body| std::f64::consts::PI * f64::from(body.2)).collect(),
         }
@@ -100,20 +133,30 @@ pub struct Met<const C: usize> {
     pub point: u32,
     /// lm, by the kernel.
     pub flux: Flux<C>,
+    /// Number of the luminaire that sent it.
+    pub luminaire: u32,
 }
 
 /// Keeps the photons that are counted.
 pub struct CountRecorder<'a, const C: usize> {
     watched: &'a [Watched<'a>],
+    receivers: &'a [&'a Receiver],
     mesh: &'a Mesh,
+    caster: &'a RayCaster,
     keep: Keep,
     met: Vec<Met<C>>,
 }
 
 impl<'a, const C: usize> CountRecorder<'a, C> {
     /// An empty record for what is `watched` at each receiver.
-    pub fn new(watched: &'a [Watched<'a>], mesh: &'a Mesh, keep: Keep) -> Self {
-        Self { watched, mesh, keep, met: Vec::new() }
+    pub fn new(
+        watched: &'a [Watched<'a>],
+        receivers: &'a [&'a Receiver],
+        mesh: &'a Mesh,
+        caster: &'a RayCaster,
+        keep: Keep,
+    ) -> Self {
+        Self { watched, receivers, mesh, caster, keep, met: Vec::new() }
     }
 
     /// One record out of many, in order.
@@ -128,15 +171,27 @@ impl<const C: usize> Recorder<C> for CountRecorder<'_, C> {
         if !self.keep.keeps(flight.history) {
             return;
         }
-        for (receiver, watched) in self.watched.iter().enumerate() {
+        let luminaire = flight.luminaire;
+        for (index, (watched, receiver)) in self.watched.iter().zip(self.receivers).enumerate() {
+            let mut meet = |point: usize, flux| {
+                self.met.push(Met { receiver: index as u32, point: point as u32, flux, luminaire });
+            };
             match watched {
                 Watched::Nothing => {}
+                Watched::Cells(cells) => {
+                    if flight.history != History::Diffused
+                        && let Some(at) = receiver.crossing(flight)
+                        && let Some(cell) = cells.counting(receiver, at, self.caster)
+                    {
+                        meet(cell, flux);
+                    }
+                }
                 Watched::Surface(surface) => {
                     if let Some(hit) = flight.hit
                         && surface.faces(hit.triangle, hit.normal.as_dvec3(), flight.direction.as_dvec3())
                         && let Some(sample) = surface.sample_at(hit.triangle, hit.position.as_dvec3(), self.mesh)
                     {
-                        self.met.push(Met { receiver: receiver as u32, point: sample as u32, flux });
+                        meet(sample, flux);
                     }
                 }
                 Watched::Bodies(bodies) => {
@@ -148,11 +203,7 @@ impl<const C: usize> Recorder<C> for CountRecorder<'_, C> {
                         if 0.0 < along && along < end && off.length_squared() < *radius_squared {
                             let towards: DVec3 = -flight.direction.as_dvec3();
                             let kernel = body.measure.kernel(body.axis, towards) as f32;
-                            self.met.push(Met {
-                                receiver: receiver as u32,
-                                point: point as u32,
-                                flux: flux.scaled(kernel),
-                            });
+                            meet(point, flux.scaled(kernel));
                         }
                     }
                 }

@@ -142,24 +142,47 @@ pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     if found.count == 0 {
         return Estimate::DARK;
     }
+    sum_within(map, at, (radius, rim), surroundings, scratch, groups)
+}
+
+/// Radii of discs that stand side by side, each half of the one before.
+pub const LADDER: usize = 8;
+
+/// Local-linear estimate over the visible part of a disc of a given radius (m).
+///
+/// What a photon counts depends on its place alone, so estimates of many photon maps add up without bias wherever E is
+/// linear over the disc, and their noise falls as 1/√(maps).
+pub fn local_linear_within<T: NearestPhotons, const C: usize>(
+    map: &PhotonMap<T, C>,
+    at: [f32; 2],
+    radius: f32,
+    surroundings: &Surroundings,
+    scratch: &mut T::Scratch,
+    groups: Option<GroupSums<'_>>,
+) -> Estimate<C> {
+    sum_within(map, at, (radius, None), surroundings, scratch, groups)
+}
+
+/// The sum over a disc, but for a photon on its probe's `rim`. It may be below 0 where light is far from linear; a bound
+/// here would lift the mean of many such sums.
+fn sum_within<T: NearestPhotons, const C: usize>(
+    map: &PhotonMap<T, C>,
+    at: [f32; 2],
+    (radius, rim): (f32, Option<f32>),
+    surroundings: &Surroundings,
+    scratch: &mut T::Scratch,
+    groups: Option<GroupSums<'_>>,
+) -> Estimate<C> {
+    let point = [at[0], at[1], 0.0];
     let view = surroundings.view(radius);
-    let moments = view.moments();
-    let mut sum = |row| {
-        let mut sum = KernelSum::new(&view, row, radius, rim);
-        map.visit_blocks(point, radius, scratch, &mut sum);
-        sum.estimate()
-    };
-    let mut row = moments.first_row_of_inverse();
-    let mut estimate = sum(row);
-    if photometric(estimate.value) < 0.0 {
-        row = moments.constant_row();
-        estimate = sum(row);
-    }
+    let row = view.moments().first_row_of_inverse();
+    let mut sum = KernelSum::new(&view, row, radius, rim);
+    map.visit_blocks(point, radius, scratch, &mut sum);
     if let Some(groups) = groups {
         let sum = KernelSum::<C>::new(&view, row, radius, rim);
         map.visit_marked(point, radius, scratch, &mut SumInGroups { sum, groups });
     }
-    estimate
+    sum.estimate()
 }
 
 /// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.

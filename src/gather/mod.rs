@@ -4,6 +4,7 @@ pub mod bandwidth;
 pub mod bodies;
 pub mod camera;
 pub mod caustics;
+pub mod cell_counts;
 pub mod counts;
 pub mod density;
 pub mod direct;

@@ -8,8 +8,6 @@
 //! Samples of a surface, each with a normal of its own, and measured bodies make receivers too, which no photon crosses:
 //! `counts.rs` counts theirs.
 
-use std::io;
-
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -18,10 +16,8 @@ use crate::embree::RayCaster;
 use crate::photon::flux::Flux;
 use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
-use crate::report::invalid;
 use crate::scene::measured::Sample;
 use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
-use crate::state::tape::Tape;
 
 /// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
 /// photons matter.
@@ -38,6 +34,8 @@ pub struct Receiver {
     pub points: Vec<[f32; 2]>,
     /// Columns and rows, where the points make a grid.
     pub grid: Option<[usize; 2]>,
+    /// Sides of the grid's cells along u and v, m; 0 where there is no grid.
+    pub cell: [f32; 2],
     /// How far below the plane a surface may lie and still count as the plane's, m.
     pub tolerance: f32,
     /// Whence rays leave each point: just off the surface if one is there.
@@ -93,6 +91,8 @@ impl Receiver {
         let axes = [plane.along.normalize(), plane.across.normalize()];
         let mut receiver = Self::new(origin, axes, &points, caster, tolerance, margin);
         receiver.grid = Some(plane.cells);
+        let side = |length: f64, cells: usize| (length / cells as f64) as f32;
+        receiver.cell = [side(plane.along.length(), plane.cells[0]), side(plane.across.length(), plane.cells[1])];
         receiver
     }
 
@@ -172,6 +172,7 @@ impl Receiver {
             normal: Vec3::Z,
             points: Vec::new(),
             grid: None,
+            cell: [0.0; 2],
             tolerance: 0.0,
             moved: Vec::new(),
             on_surface: vec![false; starts.len()],
@@ -229,6 +230,7 @@ impl Receiver {
             normal,
             points,
             grid: None,
+            cell: [0.0; 2],
             tolerance,
             starts,
             moved,
@@ -322,9 +324,20 @@ impl Receiver {
         self.origin + self.u * a + self.v * b
     }
 
+    /// The grid cell that a place (plane coordinates) lies in; none off the grid.
+    #[inline]
+    pub fn cell_at(&self, at: [f32; 2]) -> Option<usize> {
+        let [columns, rows] = self.grid?;
+        let index = |axis: usize, count: usize| {
+            let place = (at[axis] / self.cell[axis] + 0.5 * count as f32).floor();
+            (0.0 <= place && place < count as f32).then_some(place as usize)
+        };
+        Some(index(1, rows)? * columns + index(0, columns)?)
+    }
+
     /// Where a flight crosses the plane from the measured side, in plane coordinates, if it does so near the points.
     #[inline]
-    fn crossing(&self, flight: &Flight<'_>) -> Option<[f32; 2]> {
+    pub(super) fn crossing(&self, flight: &Flight<'_>) -> Option<[f32; 2]> {
         let slope = flight.direction.dot(self.normal);
         if slope >= 0.0 {
             return None;
@@ -411,21 +424,6 @@ impl<const C: usize> Photons<C> {
         self.flux.push(flux);
     }
 
-    /// Hands them over.
-    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
-        tape.rows(&mut self.positions)?;
-        let mut flux: Vec<[f32; C]> = self.flux.iter().map(|flux| flux.0).collect();
-        tape.rows(&mut flux)?;
-        self.flux = flux.into_iter().map(Flux).collect();
-        if self.flux.len() == self.positions.len() { Ok(()) } else { Err(invalid("found photons without flux".into())) }
-    }
-
-    /// Puts copies of the photons of `other` behind these.
-    pub fn extend(&mut self, other: &Self) {
-        self.positions.extend_from_slice(&other.positions);
-        self.flux.extend_from_slice(&other.flux);
-    }
-
     /// Moves the photons of `other` behind these.
     pub fn append(&mut self, other: &mut Self) {
         self.positions.append(&mut other.positions);
@@ -457,20 +455,6 @@ impl<const C: usize> Crossings<C> {
     /// Whether there is no photon.
     pub fn is_empty(&self) -> bool {
         self.sharp.positions.is_empty() && self.smooth.positions.is_empty()
-    }
-
-    /// Hands them over.
-    pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
-        self.sharp.exchange(tape)?;
-        self.smooth.exchange(tape)?;
-        self.sources.iter_mut().try_for_each(|sources| tape.numbers(sources))
-    }
-
-    /// Puts copies of the photons of `other` behind these.
-    pub fn extend(&mut self, other: &Self) {
-        self.sharp.extend(&other.sharp);
-        self.smooth.extend(&other.smooth);
-        self.sources.iter_mut().zip(&other.sources).for_each(|(all, part)| all.extend_from_slice(part));
     }
 
     /// Moves the photons of `other` behind these.
@@ -513,18 +497,31 @@ pub struct CrossingRecorder<'a, const C: usize> {
     keep: Keep,
     /// Whether luminaires matter.
     sources: bool,
+    /// Whether sharp light on grids is counted elsewhere.
+    cells_count: bool,
     crossings: Vec<Crossings<C>>,
 }
 
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
     pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
-        Self { receivers, keep, sources: false, crossings: vec![Crossings::default(); receivers.len()] }
+        Self {
+            receivers,
+            keep,
+            sources: false,
+            cells_count: false,
+            crossings: vec![Crossings::default(); receivers.len()],
+        }
     }
 
     /// The same, which keeps the luminaires too, if they matter.
     pub fn with_sources(self, matter: bool) -> Self {
         Self { sources: matter, ..self }
+    }
+
+    /// The same, which leaves sharp light on grids to the cells that count it.
+    pub fn beside_cells(self, count: bool) -> Self {
+        Self { cells_count: count, ..self }
     }
 
     /// One record out of many, in order.
@@ -545,8 +542,11 @@ impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
             return;
         }
         for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
+            let smooth = flight.history == History::Diffused;
+            if self.cells_count && !smooth && receiver.grid.is_some() {
+                continue;
+            }
             if let Some([a, b]) = receiver.crossing(flight) {
-                let smooth = flight.history == History::Diffused;
                 let kept = if smooth { &mut crossings.smooth } else { &mut crossings.sharp };
                 kept.push([a, b, 0.0], flux);
                 if self.sources {

@@ -11,6 +11,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec3, Vec3};
 
+use super::caustics::CausticMap;
 use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
@@ -115,6 +116,9 @@ pub struct Records<'a, const C: usize> {
     pub grid: &'a PatchGrid,
     /// Their illuminance.
     pub light: &'a PatchLight<C>,
+    /// Light that came by mirrors and glass, where there may be some: rays that go on from a surface would meet its
+    /// luminaire by rare chance, and bright.
+    pub caustics: Option<&'a CausticMap<C>>,
 }
 
 /// Hears where the light of rays comes from.
@@ -276,9 +280,9 @@ impl<'a, const C: usize> Sight<'a, C> {
         let mut found = [0.0; C];
         let mut weight = Flux([1.0; C]);
         let (mut media, mut absorption, mut last) = (Media::AIR, [0.0; C], Last::Point);
-        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point
-        // is one that photons take as a caustic, until it meets a diffuse surface.
-        let (mut bounced, mut caustic) = (false, false);
+        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point, or
+        // from the last diffuse surface, is one that photons take as a caustic, where these are counted there.
+        let (mut counted, mut caustic) = (!self.caustics, false);
         // Distance flown before panes that the ray passed since it left anything else, m.
         let mut before_panes = 0.0;
         let mut add = |weight: Flux<C>, lux: [f32; C]| {
@@ -319,7 +323,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                 }
                 surface => {
                     let Layers { diffuse, transmitted, specular, rough } = surface.layers(front);
-                    if (bounced || !caustic || self.caustics)
+                    if !(caustic && counted)
                         && let Some(glow) = self.glow(hit.triangle)
                         && let Some(times) = self.brightness(glow, direction, front)
                     {
@@ -344,7 +348,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                         weight = mirrored.scaled(any / to_mirror);
                         caustic |= rough.is_none_or(|gloss| gloss.sharp);
                         if let Some(Gloss { facets, .. }) = rough {
-                            if bounced || !caustic || self.caustics {
+                            if !(caustic && counted) {
                                 *rays += 1;
                                 let (lux, luminaire) =
                                     self.glossed(facets, hit.leave(facing), -direction, facing, stream);
@@ -360,7 +364,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                     } else {
                         let scale = any / (to_diffuse + to_other);
                         let (mut here, there) = (diffused.scaled(scale), passed.scaled(scale));
-                        if let Some(Records { grid, light }) = records
+                        if let Some(Records { grid, light, .. }) = records
                             && let Some(patch) = grid.patch(&hit, direction, self.caster)
                         {
                             let behind = if to_other > 0.0 { grid.patch(&hit, -direction, self.caster) } else { None };
@@ -379,6 +383,26 @@ impl<'a, const C: usize> Sight<'a, C> {
                             let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
                             origins.luminaire(luminaire, add(here, lux));
                         }
+                        let known = records.and_then(|records| records.caustics);
+                        if let Some(caustics) = known {
+                            for (weight, normal) in [(here, facing), (there, -facing)] {
+                                if weight.brightest() > 0.0 {
+                                    let above = hit.leave(normal);
+                                    let meet = |luminaire, lux: [f64; C]| {
+                                        origins.luminaire(luminaire, add(weight, lux.map(|lux| lux as f32)));
+                                    };
+                                    let mut scratch = caustics.scratch();
+                                    caustics.each(
+                                        hit.position,
+                                        above,
+                                        normal,
+                                        (self.caster, stream),
+                                        &mut scratch,
+                                        meet,
+                                    );
+                                }
+                            }
+                        }
                         let mut side = facing;
                         if to_other > 0.0 {
                             *rays += 1;
@@ -393,7 +417,7 @@ impl<'a, const C: usize> Sight<'a, C> {
                         }
                         weight = here;
                         direction = stream.cosine_about(side);
-                        (last, bounced) = (Last::Diffuse, true);
+                        (last, caustic, counted) = (Last::Diffuse, false, known.is_some());
                     }
                     let chance = (RELUCTANCE * weight.brightest()).min(1.0);
                     if chance < 1.0 {

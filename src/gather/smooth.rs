@@ -7,6 +7,8 @@
 //! edge over a narrow one. Neighbours that the point does not see in its plane (the other side of a partition) never
 //! count.
 
+pub mod counts;
+
 use std::collections::HashMap;
 use std::io;
 

@@ -74,7 +74,7 @@ impl Moments {
     }
 
     /// The constant fit: 1/∫K.
-    pub(super) fn constant_row(&self) -> [f64; 3] {
+    fn constant_row(&self) -> [f64; 3] {
         [if self.one > 1e-9 { 1.0 / self.one } else { 0.0 }, 0.0, 0.0]
     }
 }

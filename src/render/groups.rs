@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use super::{Place, Rendering};
 use crate::error::Error;
-use crate::gather::density::GroupSums;
+use crate::gather::density::{GroupSums, LADDER};
 use crate::gather::receiver::Receiver;
 use crate::gather::smooth::POINT_BATCHES;
+use crate::gather::smooth::counts::Smoothed;
 use crate::luminaire::LightGroups;
 use crate::photon::flux::photometric;
 use crate::report::{GroupMap, GroupReading};
@@ -22,66 +23,43 @@ use crate::state::Sum;
 /// Most memory that light groups may take, bytes.
 const MOST_MEMORY: f64 = 4e9;
 
-/// Sharp and smooth light, as the two photon maps of a receiver hold them.
-pub(super) const SHARP: usize = 0;
-/// See [`SHARP`].
-pub(super) const SMOOTH: usize = 1;
-
 /// Light by group at the points of a receiver. Rows are laid out as [`LightGroups`] says.
 pub(super) struct PlaceGroups {
     /// Numbers in a row.
     width: usize,
     /// Groups whose variance is kept: all of sensors, none of maps.
     variances: usize,
-    /// Densities with several k; see [`DensityRows`].
-    pub(super) density: Vec<Sum>,
-    /// The part of that whose photons are kept no longer; empty before there is some.
-    pub(super) settled: Vec<Sum>,
+    /// Sharp light over discs, and smooth light by several k: rows of [`DensityRows`] as the sums of the whole lie.
+    pub(super) sharp: Vec<Sum>,
+    pub(super) smooth: Vec<Sum>,
     pub(super) layout: DensityRows,
-    /// Which scale of the densities was chosen at each point, of sharp and smooth light.
-    pub(super) scales: [Vec<u8>; 2],
-    /// Which window of the smoothing was.
+    /// Which disc, and which k, was chosen at each point.
+    pub(super) sharp_scales: Vec<u8>,
+    pub(super) smooth_scales: Vec<u8>,
+    /// Which window of the smoothing was: of what rays found, and of photons in cells.
     pub(super) windows: Vec<usize>,
+    pub(super) counted_windows: Vec<Smoothed>,
     /// Light that has bounced: a row for each point.
     bounced: Vec<f32>,
     /// Variance of the photometric value of that, lx²: for each point, of each group.
     variance: Vec<f64>,
 }
 
-/// Where sums of densities lie: for each point, kind of light and scale a row of E, then one of variances.
+/// A row of sums of a density: E of each group, then variances.
 #[derive(Clone, Copy)]
 pub(super) struct DensityRows {
     /// Numbers of E.
     width: usize,
     /// Numbers of E and of variances.
     pub(super) stride: usize,
-    scales: usize,
-    /// Which of the kinds comes first, second or nowhere.
-    kinds: [Option<usize>; 2],
 }
 
 impl DensityRows {
-    /// Numbers of a point.
-    pub(super) fn of_point(&self) -> usize {
-        self.kinds.iter().flatten().count() * self.scales * self.stride
-    }
-
     /// A row of sums set to nothing.
     pub(super) fn sums<'a>(&self, row: &'a mut [f64]) -> GroupSums<'a> {
         row.fill(0.0);
         let (lux, variance) = row.split_at_mut(self.width);
         GroupSums { lux, variance }
-    }
-
-    /// Adds a row to that of its kind and scale among those of a point.
-    pub(super) fn add(&self, rows: &mut [Sum], kind: usize, scale: usize, row: &[f64]) {
-        let Some(start) = self.start(kind, scale) else { return };
-        rows[start..][..self.stride].iter_mut().zip(row).for_each(|(sum, lux)| sum.add(*lux));
-    }
-
-    /// Where the rows of a kind and scale begin among those of a point.
-    fn start(&self, kind: usize, scale: usize) -> Option<usize> {
-        self.kinds[kind].map(|kind| (kind * self.scales + scale) * self.stride)
     }
 }
 
@@ -113,10 +91,12 @@ impl<const C: usize> Rendering<'_, C> {
             )));
         }
         let of_points = |points: usize, variances: usize| {
-            let layout = self.density_rows(groups.width::<C>(), variances);
+            let grid = variances == 0;
+            let estimates = self.discs(grid) + self.smooth_scales() + usize::from(grid && self.counts_sharp());
+            let densities = estimates * (groups.width::<C>() + variances);
             let rows = if variances > 0 { POINT_BATCHES } else { 1 };
             // Direct light, samples, their means, what smoothing makes of them, the map itself; densities.
-            let row = groups.width::<C>() * (4 + 16 * rows + 4 + 4 + 4) + 8 * variances + 16 * layout.of_point();
+            let row = groups.width::<C>() * (4 + 16 * rows + 4 + 4 + 4) + 8 * variances + 16 * densities;
             points as f64 * row as f64
         };
         let cells: usize = scene.planes.iter().map(|plane| plane.len()).sum();
@@ -135,12 +115,14 @@ impl<const C: usize> Rendering<'_, C> {
         Ok(())
     }
 
-    fn density_rows(&self, width: usize, variances: usize) -> DensityRows {
-        let (method, caustics) = (self.plan.method, self.plan.caustics);
-        let sharp = self.plan.photons && (method == Method::Photons || caustics);
-        let smooth = matches!(method, Method::Photons | Method::Split) && self.plan.photons;
-        let kinds = [sharp.then_some(0), smooth.then_some(usize::from(sharp))];
-        DensityRows { width, stride: width + variances, scales: self.scales().len(), kinds }
+    /// Estimates over discs at a point.
+    fn discs(&self, grid: bool) -> usize {
+        if self.counts_sharp() && !grid { LADDER } else { 0 }
+    }
+
+    /// Estimates of smooth light at a point.
+    fn smooth_scales(&self) -> usize {
+        if self.has_smooth_densities() { self.scales().len() } else { 0 }
     }
 
     /// Empty sums for a receiver.
@@ -148,15 +130,20 @@ impl<const C: usize> Rendering<'_, C> {
         let groups = self.groups.as_ref()?;
         let (width, points) = (groups.width::<C>(), receiver.len());
         let variances = if receiver.grid.is_some() { 0 } else { groups.len() };
-        let layout = self.density_rows(width, variances);
+        let layout = DensityRows { width, stride: width + variances };
+        let rows = |estimates: usize| {
+            vec![Sum::ZERO; if receiver.is_plane() { points * estimates * layout.stride } else { 0 }]
+        };
         Some(PlaceGroups {
             width,
             variances,
-            density: vec![Sum::ZERO; points * layout.of_point()],
-            settled: Vec::new(),
+            sharp: rows(self.discs(receiver.grid.is_some())),
+            smooth: rows(self.smooth_scales()),
             layout,
-            scales: Default::default(),
+            sharp_scales: Vec::new(),
+            smooth_scales: Vec::new(),
             windows: Vec::new(),
+            counted_windows: Vec::new(),
             bounced: Vec::new(),
             variance: Vec::new(),
         })
@@ -185,14 +172,27 @@ impl<const C: usize> Rendering<'_, C> {
         let passes = self.density_passes();
         self.timed("light groups", places.len() as u64, |this| {
             for place in places {
-                let Place { receiver, has_value, smoother, samples, groups: Some(groups), .. } = place else {
+                let Place { receiver, has_value, smoother, samples, counts, groups: Some(groups), .. } = place else {
                     continue;
+                };
+                let counted = counts.as_ref().map_or_else(Vec::new, |counts| counts.group_means(passes));
+                let counted = match smoother {
+                    Some(smoother) if !counted.is_empty() => {
+                        let windows: Vec<usize> = groups.counted_windows.iter().map(|cell| cell.window).collect();
+                        let mut fits = smoother.apply(&windows, &counted, groups.width, has_value);
+                        let cells = fits.chunks_mut(groups.width).zip(&groups.counted_windows);
+                        cells.for_each(|(row, cell)| row.iter_mut().for_each(|lux| *lux *= cell.restored));
+                        fits
+                    }
+                    _ => counted,
                 };
                 let means = samples.as_ref().map_or_else(Vec::new, |samples| samples.group_means());
                 groups.bounced = match smoother {
-                    Some(smoother) => smoother.apply(&groups.windows, &means, groups.width, has_value),
-                    None if samples.is_some() => means,
-                    None => vec![0.0; receiver.len() * groups.width],
+                    Some(smoother) if !groups.windows.is_empty() => {
+                        smoother.apply(&groups.windows, &means, groups.width, has_value)
+                    }
+                    _ if samples.is_some() => means,
+                    _ => vec![0.0; receiver.len() * groups.width],
                 };
                 let variance = |point: usize, group: usize| {
                     samples.as_ref().map_or(0.0, |samples| samples.group_variance(point, group))
@@ -202,6 +202,7 @@ impl<const C: usize> Rendering<'_, C> {
                     .flat_map(|point| (0..groups.variances).map(move |group| (point, group)))
                     .map(|(p, g)| variance(p, g))
                     .collect();
+                groups.bounced.iter_mut().zip(&counted).for_each(|(lux, counted)| *lux += counted);
                 groups.add_densities(passes);
                 this.progress.advance(1);
             }
@@ -210,16 +211,17 @@ impl<const C: usize> Rendering<'_, C> {
 }
 
 impl PlaceGroups {
-    /// Adds the densities with the k chosen at each point; `passes` of them are in the sums.
+    /// Adds the densities that were chosen at each point; `passes` of them are in the sums.
     fn add_densities(&mut self, passes: f64) {
-        let Self { width, variances, density, layout, scales, bounced, variance, .. } = self;
-        let (width, variances) = (*width, *variances);
-        let kinds = [SHARP, SMOOTH].into_iter().filter(|&kind| layout.start(kind, 0).is_some());
-        for kind in kinds {
-            let chosen = |point: usize| {
-                let start = layout.start(kind, scales[kind][point].into()).unwrap_or(0);
-                density[point * layout.of_point() + start..][..layout.stride].split_at(width)
-            };
+        let Self { width, variances, sharp, smooth, layout, sharp_scales, smooth_scales, bounced, variance, .. } = self;
+        let (width, variances, stride) = (*width, *variances, layout.stride);
+        for (sums, scales) in [(sharp, sharp_scales), (smooth, smooth_scales)] {
+            if sums.is_empty() || scales.is_empty() {
+                continue;
+            }
+            let of_point = sums.len() / scales.len();
+            let chosen =
+                |point: usize| sums[point * of_point + usize::from(scales[point]) * stride..][..stride].split_at(width);
             bounced.par_chunks_mut(width).enumerate().with_min_len(64).for_each(|(point, row)| {
                 let sums = row.iter_mut().zip(chosen(point).0);
                 sums.for_each(|(lux, sum)| *lux = (f64::from(*lux) + sum.value() / passes) as f32);

@@ -3,12 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::densities::Densities;
 use super::team::{Alone, Team};
 use super::views::View;
 use super::{Place, Rendering, Settings};
 use crate::error::{Error, InputError, Location};
-use crate::gather::receiver::Crossings;
-use crate::report::invalid;
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
 use crate::state::file::{Kept, Recipe, Words};
@@ -154,59 +153,14 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> io::Result<()> {
         tape.count(&mut self.photons_emitted)?;
         tape.count(&mut self.photons_stored)?;
-        tape.count(&mut self.photons_settled)?;
         tape.count(&mut self.gather_rays)?;
         self.flux.exchange(tape)?;
-        self.exchange_caustics(places.len(), tape)?;
         tape.same(places.len(), "receivers")?;
         for place in places {
             place.exchange(tape)?;
         }
         tape.same(views.len(), "cameras")?;
         views.iter_mut().try_for_each(|view| view.exchange(tape))
-    }
-
-    fn exchange_caustics(&mut self, receivers: usize, tape: &mut Tape<'_>) -> io::Result<()> {
-        let mut passes = self.caustics.len() as u64;
-        tape.number(&mut passes)?;
-        match tape {
-            Tape::Clear => self.caustics.clear(),
-            Tape::Out(_) => {
-                for ((seed, pass), crossings) in &mut self.caustics {
-                    tape.number(&mut seed.clone())?;
-                    tape.number(&mut u64::from(*pass))?;
-                    crossings.iter_mut().try_for_each(|crossings| crossings.exchange(tape))?;
-                }
-            }
-            Tape::In(_) => {
-                for _ in 0..passes {
-                    let (mut seed, mut pass) = (0, 0);
-                    tape.number(&mut seed)?;
-                    tape.number(&mut pass)?;
-                    let mut crossings: Vec<Crossings<C>> = Vec::new();
-                    for _ in 0..receivers {
-                        let mut at_one = Crossings::default();
-                        at_one.exchange(tape)?;
-                        self.check(&at_one)?;
-                        crossings.push(at_one);
-                    }
-                    let pass = u32::try_from(pass).map_err(|_| invalid(format!("found pass {pass}")))?;
-                    self.caustics.insert((seed, pass), crossings);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether photons from elsewhere name luminaires that exist.
-    fn check(&self, crossings: &Crossings<C>) -> io::Result<()> {
-        let photons = [&crossings.sharp, &crossings.smooth].map(|photons| photons.positions.len());
-        let known = self.scene.luminaires.len();
-        let fits = photons.iter().zip(&crossings.sources).all(|(&photons, sources)| {
-            sources.len() == if self.groups.is_some() { photons } else { 0 }
-                && sources.iter().all(|&luminaire| (luminaire as usize) < known)
-        });
-        if fits { Ok(()) } else { Err(invalid("found photons of unknown luminaires".into())) }
     }
 }
 
@@ -217,23 +171,11 @@ impl<const C: usize> Place<C> {
         self.faint.iter_mut().try_for_each(|faint| faint.samples.exchange(tape))?;
         self.witness.iter_mut().try_for_each(|witness| witness.exchange(tape))?;
         self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
-        // Beside rays, densities are made anew of the photons at hand but for those that are settled.
-        let (density, by_group) = match &self.samples {
-            Some(_) => {
-                let mut settled = u64::from(!self.settled.is_empty());
-                tape.number(&mut settled)?;
-                if settled == 0 {
-                    return Ok(());
-                }
-                self.open_settled();
-                (&mut self.settled, self.groups.as_mut().map(|groups| &mut groups.settled))
-            }
-            None => (&mut self.density, self.groups.as_mut().map(|groups| &mut groups.density)),
-        };
-        for sums in density {
-            sums.sharp.iter_mut().chain(&mut sums.smooth).try_for_each(|sum| sum.exchange(tape))?;
-        }
-        by_group.map_or(Ok(()), |sums| tape.sums(sums))
+        let Densities { sharp, smooth } = &mut self.density;
+        sharp.iter_mut().chain(smooth).try_for_each(|sum| sum.exchange(tape))?;
+        let Some(groups) = &mut self.groups else { return Ok(()) };
+        tape.sums(&mut groups.sharp)?;
+        tape.sums(&mut groups.smooth)
     }
 }
 

@@ -7,6 +7,7 @@
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
 use crate::error::Error;
+use crate::gather::bandwidth::SCALES;
 use crate::luminaire::LightGroups;
 use crate::scene::Scene;
 use crate::scene::plan::{Method, Plan};
@@ -107,7 +108,8 @@ impl Cell {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;
-        let densities = plan.counts_photons();
+        let smooth_densities = plan.photons && !plan.method.sends_rays();
+        let counted = plan.photons && plan.method != Method::Seed && (plan.caustics || plan.method == Method::Photons);
         let sampled = plan.bounces && plan.method.sends_rays();
         let smooth = sampled && settings.smooth;
         let mut kept = 23 + estimate;
@@ -121,18 +123,23 @@ impl Cell {
                 kept += 128 * channels + estimate;
             }
         }
-        if densities {
-            kept += 6 * 16 * (channels + 1);
+        let scales = if plan.method == Method::Seed { 1 } else { SCALES.len() as u64 };
+        if smooth_densities {
+            kept += scales * 16 * (channels + 1);
             kept += if plan.method == Method::Seed { 0 } else { 264 };
         }
+        if counted {
+            kept += 16 * (channels + 1) + 14;
+        }
         let result = 25 + if plan.coloured { 24 } else { 0 };
-        let chosen = if densities { 5 * estimate + 80 } else { 0 };
-        let smoothed = if smooth { 3 * estimate + 9 * (4 * channels + 8) + 120 } else { 0 };
+        let chosen = if smooth_densities { (scales + 2) * estimate + scales * 24 } else { 0 };
+        let smoothed = if smooth || counted { 3 * estimate + 9 * (4 * channels + 8) + 120 } else { 0 };
+        let smoothed = smoothed + if counted { 9 * 8 + estimate } else { 0 };
         let written = 16 * channels + 8 + result + 24;
-        let mut passing = if smooth { smoothed } else { chosen.max(written) };
+        let mut passing = if smooth { smoothed } else { chosen.max(smoothed).max(written) };
         if settings.groups {
             let row = LightGroups::of(&scene.luminaires).len() as u64 * channels;
-            kept += row * 24;
+            kept += row * if counted { 40 } else { 24 };
             passing += row * 12;
         }
         Self { kept, passing, result }

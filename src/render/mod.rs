@@ -1,6 +1,7 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
 mod bands;
+mod densities;
 mod groups;
 mod keeping;
 pub mod memory;
@@ -11,22 +12,20 @@ mod results;
 mod team;
 mod views;
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
-use crate::gather::bandwidth::SCALES;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
-use crate::gather::density::{Estimate, EstimateSum, Search};
+use crate::gather::density::{Estimate, LADDER, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::faint::Faint;
 use crate::gather::direct::{Asked, DirectLight, direct_light_for};
 use crate::gather::reach::{Points, Reach, Standing};
-use crate::gather::receiver::{Crossings, Receiver};
+use crate::gather::receiver::Receiver;
 use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother};
 use crate::gather::surroundings::{FAN, Surroundings};
 use crate::gather::witness::{Contradiction, Witness};
@@ -289,14 +288,12 @@ struct Place<const C: usize> {
     /// The part of the direct light that is left to rays.
     faint: Option<FaintLight<C>>,
     /// Sums over the passes of what photon densities say at each point; empty where nothing asks them.
-    density: Vec<Densities<C>>,
-    /// The part of that from caustics of whole lots of passes, whose photons are kept no longer; empty before the first.
-    settled: Vec<Densities<C>>,
+    density: densities::Densities<C>,
     /// What rays found at each point.
     samples: Option<Samples<C>>,
     /// What some photons say of the same, where rays rely on photons' records.
     witness: Option<Witness>,
-    /// Photons counted where neither rays nor crossings tell their light.
+    /// Photons counted in cells, on samples and about bodies.
     counts: Option<Counts<C>>,
     /// Areas of the points, m²: of a measured surface only.
     areas: Vec<f64>,
@@ -315,19 +312,6 @@ struct FaintLight<const C: usize> {
     samples: Samples<C>,
     /// What that comes to, as far as the passes know; nothing yet before the first is over.
     light: Vec<Estimate<C>>,
-}
-
-/// Estimates from photon densities with several k; see [`SCALES`].
-#[derive(Clone, Copy)]
-struct Densities<const C: usize> {
-    sharp: [EstimateSum<C>; SCALES.len()],
-    smooth: [EstimateSum<C>; SCALES.len()],
-}
-
-impl<const C: usize> Default for Densities<C> {
-    fn default() -> Self {
-        Self { sharp: [EstimateSum::NONE; SCALES.len()], smooth: [EstimateSum::NONE; SCALES.len()] }
-    }
 }
 
 /// A run under way.
@@ -350,10 +334,6 @@ struct Rendering<'a, const C: usize> {
     flux: TallySum<C>,
     /// The light groups to be told apart.
     groups: Option<LightGroups>,
-    /// Caustics of each seed and pass at each receiver, where rays find the other light; but for those that are settled.
-    caustics: BTreeMap<(u64, u32), Vec<Crossings<C>>>,
-    /// Photons of caustics that are settled.
-    photons_settled: u64,
     warnings: Vec<String>,
     /// What became of photons sent ahead, where some surface absorbs next to nothing.
     trial: Trial,
@@ -385,8 +365,6 @@ impl<'a, const C: usize> Rendering<'a, C> {
             photons_stored: 0,
             flux: TallySum::default(),
             groups: None,
-            caustics: BTreeMap::new(),
-            photons_settled: 0,
             warnings: scene.warnings.clone(),
             trial: Trial::default(),
         };
@@ -489,8 +467,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 contradiction: None,
                 counts: None,
                 areas: Vec::new(),
-                density: vec![Densities::default(); if self.plan.counts_photons() { receiver.len() } else { 0 }],
-                settled: Vec::new(),
+                density: self.empty_densities(&receiver),
                 bounced: dark,
                 receiver,
             }
@@ -501,6 +478,14 @@ impl<'a, const C: usize> Rendering<'a, C> {
             place.areas = surface.samples.iter().map(Sample::area).collect();
         }
         (places, sensors)
+    }
+
+    /// Sums for the photon densities that are asked for at a receiver.
+    fn empty_densities(&self, receiver: &Receiver) -> densities::Densities<C> {
+        let points = if receiver.is_plane() { receiver.len() } else { 0 };
+        let discs = if self.counts_sharp() && receiver.grid.is_none() { LADDER } else { 0 };
+        let scales = if self.has_smooth_densities() { self.scales().len() } else { 0 };
+        densities::Densities::new(points * discs, points * scales)
     }
 
     fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
@@ -565,17 +550,20 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Finds which points are places at all, and what is in their neighbours' way.
     fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
         let radius = self.searches.smooth.radius;
-        let densities = self.plan.method != Method::Seed && self.plan.counts_photons();
+        let densities = self.plan.method != Method::Seed && self.has_smooth_densities();
+        let counts_sharp = self.counts_sharp();
         self.timed("look around", places.len() as u64, |this| {
             this.find_standings(places, caster);
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, samples, witness, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
-                if densities && receiver.is_plane() {
+                let has_discs = receiver.grid.is_none() && counts_sharp;
+                if receiver.is_plane() && (densities || has_discs) {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.prepared_rays += (FAN * surroundings.len()) as u64;
                 }
-                if let (Some(grid), Some(_), true) = (receiver.grid, &*samples, this.settings.smooth) {
+                let helped = if samples.is_some() { this.settings.smooth } else { counts_sharp };
+                if let (Some(grid), true) = (receiver.grid, helped) {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
                     this.prepared_rays += 2 * receiver.len() as u64;
                 }

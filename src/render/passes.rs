@@ -3,24 +3,21 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use rayon::prelude::*;
-
-use super::groups::{SHARP, SMOOTH};
 use super::keeping::{self, Keeping, Schedule};
 use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    Densities, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT,
-    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
+    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
-use crate::gather::bandwidth::{FIXED, SCALES, choose};
 use crate::gather::camera::{Eye, first_surface};
 use crate::gather::caustics::{CausticMap, Caustics};
+use crate::gather::cell_counts::Cells;
 use crate::gather::counts::{CountRecorder, Counts, Met, Watched};
-use crate::gather::density::{Estimate, EstimateSum, Search, local_linear_in_groups, paper};
+use crate::gather::density::Search;
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
@@ -28,18 +25,14 @@ use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::photon::trace::{Recorder, Tally, Tracer};
-use crate::photon_map::{NearestPhotons, PhotonMap};
+use crate::photon_map::NearestPhotons;
 use crate::report::CameraImage;
 use crate::scene::plan::Method;
 use crate::state::tape::Tape;
-use crate::state::{PassRange, Passes, Sum};
+use crate::state::{PassRange, Passes};
 
 /// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
-const ROUNDS: u64 = 4;
-
-/// Passes whose caustics make one photon map in the end: then their photons are let go, and a run of any length takes bounded
-/// memory.
-const LOT: u64 = 64;
+pub(super) const ROUNDS: u64 = 4;
 
 /// Passes at least where an error is asked for and there are points without neighbours (sensors, samples of surfaces), or
 /// nothing but pixels: their claims rest on the scatter of their own batches, and four passes of four rounds make 16.
@@ -81,10 +74,9 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
         let mut schedule = self.recall(places, views, keeping)?;
-        self.settle::<T>(places);
         let mut taken = 0.0;
         loop {
-            let over = keeping.team.rank() == 0 && self.judge::<T>(places, views, &mut schedule, taken);
+            let over = keeping.team.rank() == 0 && self.judge(places, views, &mut schedule, taken);
             let rest = views.iter().map(|view| view.rests).collect();
             let word = Word { over, done: self.done.len(), next_check: schedule.next_check, rest };
             let word = keeping.team.tell(word);
@@ -101,9 +93,6 @@ impl<const C: usize> Rendering<'_, C> {
             views.iter_mut().zip(word.rest).for_each(|(view, rests)| view.rests = rests);
             let started = Instant::now();
             self.share_passes::<T>(engine, places, views, &schedule, keeping)?;
-            if keeping.team.rank() == 0 {
-                self.settle::<T>(places);
-            }
             taken = started.elapsed().as_secs_f64();
             self.save(places, views, &schedule, keeping);
         }
@@ -146,7 +135,7 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// Whether the passes so far are enough. Where it is time to ask, what they say is worked out.
-    fn judge<T: NearestPhotons>(
+    fn judge(
         &mut self,
         places: &mut [Place<C>],
         views: &mut [View<'_, C>],
@@ -164,7 +153,7 @@ impl<const C: usize> Rendering<'_, C> {
             return false;
         }
         if self.plan.bounces {
-            self.conclude::<T>(places);
+            self.conclude(places);
         }
         let claim = match places {
             [] => views.iter().map(View::claim).fold(0.0, f64::max),
@@ -217,22 +206,14 @@ impl<const C: usize> Rendering<'_, C> {
     ) {
         let resting: Vec<bool> = views.iter().map(|view| view.rests).collect();
         let pass = u64::from(number);
-        // What rays can't find, caustics, is left to the photons of many passes; other densities are a matter of one.
-        let mut crossings: Vec<Crossings<C>> = Vec::new();
-        crossings.resize_with(places.len(), Crossings::default);
-        let mut landings = Photons::default();
         let rounds = self.rounds();
         for round in pass * rounds..(pass + 1) * rounds {
             let (mut light, mut by_group) = (None, None);
-            let mut caustics = Caustics::default();
+            let mut caustics = None;
             if let Some(tracer) = &engine.tracer {
                 let caught =
                     self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, places, round));
-                for met in &caught.met {
-                    if let Some(counts) = &mut places[met.receiver as usize].counts {
-                        counts.add(met);
-                    }
-                }
+                self.count(places, &caught.met);
                 self.flux.add(&caught.flux);
                 self.photons_emitted += tracer.photons();
                 for (place, crossings) in places.iter_mut().zip(&caught.witnessed) {
@@ -240,9 +221,9 @@ impl<const C: usize> Rendering<'_, C> {
                         witness.add(&place.receiver, &crossings.smooth);
                     }
                 }
-                crossings.iter_mut().zip(caught.crossings).for_each(|(all, mut new)| all.append(&mut new));
-                landings = caught.landings;
-                caustics = caught.caustics;
+                self.gather::<T>(places, caught.crossings, caught.landings, self.searches.of_pass(number));
+                let area = engine.area;
+                caustics = caught.caustics.map(|caustics| self.caustic_map(caustics, rounds, round, area));
                 if let Some(grid) = &engine.grid {
                     self.timed("build records", 1, |this| {
                         let patches = PatchLight::new(grid, &caught.patches);
@@ -253,7 +234,9 @@ impl<const C: usize> Rendering<'_, C> {
                 }
             }
             if let Some(sight) = &engine.sight {
-                let records = engine.grid.as_ref().zip(light.as_ref()).map(|(grid, light)| Records { grid, light });
+                let caustics = caustics.as_ref();
+                let patches = engine.grid.as_ref().zip(light.as_ref());
+                let records = patches.map(|(grid, light)| Records { grid, light, caustics });
                 if places.iter().any(|place| place.samples.is_some()) {
                     let points = places.iter().map(|place| place.receiver.len() as u64).sum();
                     self.timed("gather rays", points, |this| {
@@ -263,24 +246,25 @@ impl<const C: usize> Rendering<'_, C> {
                     });
                 }
                 if !views.is_empty() {
-                    let caustics =
-                        (!caustics.is_empty()).then(|| self.caustic_map(caustics, rounds, round, engine.area));
-                    let eye = Eye { sight, caster: engine.caster, records, caustics: caustics.as_ref() };
+                    let eye = Eye { sight, caster: engine.caster, records, caustics };
                     self.look_from_cameras(&eye, views, &resting, round, ROUNDS / rounds);
                 }
             }
         }
-        if self.plan.method.sends_rays() {
-            if crossings.iter().any(|crossings| !crossings.is_empty()) {
-                self.caustics.insert((self.settings.seed, number), crossings);
+    }
+
+    /// Adds photons where they are counted.
+    fn count(&mut self, places: &mut [Place<C>], met: &[Met<C>]) {
+        self.photons_stored += met.len() as u64;
+        let groups = self.groups.as_ref();
+        for met in met {
+            if let Some(counts) = &mut places[met.receiver as usize].counts {
+                counts.add(met, groups);
             }
-        } else {
-            let searches = self.searches.of_pass(number);
-            self.gather::<T>(places, crossings, landings, searches);
         }
     }
 
-    /// The caustics of one of a pass's `rounds` rounds, ready for cameras; `area` is that of all surfaces near, m².
+    /// The caustics of one of a pass's `rounds` rounds, ready for rays and cameras; `area` is that of all surfaces near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
         let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
@@ -323,12 +307,14 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
         let sources = self.groups.is_some();
-        let count = |keep| CountRecorder::new(&engine.watched, &self.scene.mesh, keep);
+        let (mesh, cells) = (&self.scene.mesh, self.counts_sharp());
+        let count = |keep| CountRecorder::new(&engine.watched, &receivers, mesh, engine.caster, keep);
         let mut caught = Caught::default();
         match (self.plan.method, &engine.grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
-                let caustics = || CrossingRecorder::new(watched, Keep::Caustics).with_sources(sources);
+                let crossing = || CrossingRecorder::new(watched, Keep::Caustics).beside_cells(cells);
+                let caustics = || crossing().with_sources(sources);
                 // One round of each pass is a witness: enough, and the others are spared the trouble.
                 let testifies = round.is_multiple_of(ROUNDS);
                 let witnesses: &[&Receiver] = if testifies { &receivers } else { &[] };
@@ -354,7 +340,8 @@ impl<const C: usize> Rendering<'_, C> {
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let record = || (CrossingRecorder::new(&receivers, keep).with_sources(sources), count(keep));
+                let crossing = || CrossingRecorder::new(&receivers, keep).beside_cells(cells);
+                let record = || (crossing().with_sources(sources), count(keep));
                 let (crossings, met) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
                 caught.met = CountRecorder::merge(met);
                 caught.crossings = CrossingRecorder::merge(crossings);
@@ -373,12 +360,18 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> Vec<R> {
         let seed = Seed(self.settings.seed).branch(PURPOSE_PHOTONS);
         let advance = |photons| self.progress.advance(photons);
-        let looked_at = self.plan.caustics && !self.scene.cameras.is_empty();
+        let looked_at = self.asks_for_caustics();
         let record = || (record(), looked_at.then(Caustics::default));
         let (records, flux) = tracer.trace(seed, round, record, advance);
         let (records, caustics): (Vec<R>, Vec<Option<Caustics<C>>>) = records.into_iter().unzip();
-        (caught.caustics, caught.flux) = (Caustics::merge(caustics.into_iter().flatten()), flux);
+        caught.caustics = looked_at.then(|| Caustics::merge(caustics.into_iter().flatten()));
+        caught.flux = flux;
         records
+    }
+
+    /// Whether caustics are asked for where rays or cameras meet surfaces.
+    fn asks_for_caustics(&self) -> bool {
+        self.plan.caustics && (self.plan.method == Method::Gather || !self.scene.cameras.is_empty())
     }
 
     /// One round's rays from every point of a receiver.
@@ -427,267 +420,6 @@ impl<const C: usize> Rendering<'_, C> {
             self.gather_rays += rays.into_inner();
         }
         self.progress.advance(receiver.len() as u64);
-    }
-
-    /// Adds one pass's densities at every point.
-    fn gather<T: NearestPhotons>(
-        &mut self,
-        places: &mut [Place<C>],
-        crossings: Vec<Crossings<C>>,
-        landings: Photons<C>,
-        searches: Searches,
-    ) {
-        let stored = |photons: &Photons<C>| photons.positions.len() as u64;
-        self.photons_stored +=
-            stored(&landings) + crossings.iter().map(|c| stored(&c.sharp) + stored(&c.smooth)).sum::<u64>();
-        let (maps, surfaces) = self.timed("build trees", 1, |this| {
-            let maps: Vec<[PhotonMap<T, C>; 2]> = this.maps(crossings);
-            (maps, PhotonMap::<T, C>::build(landings.positions, landings.flux))
-        });
-        let points = places.iter().map(|place| place.receiver.len() as u64).sum();
-        self.timed("gather", points, |this| {
-            for (place, maps) in places.iter_mut().zip(&maps).filter(|(place, _)| place.receiver.is_plane()) {
-                this.densities(place, maps, &surfaces, searches);
-            }
-        });
-    }
-
-    /// The photon maps of each receiver: sharp and smooth light apart; all in the first for `seed`, which knows no such
-    /// difference.
-    fn maps<T: NearestPhotons>(&self, crossings: Vec<Crossings<C>>) -> Vec<[PhotonMap<T, C>; 2]> {
-        crossings
-            .into_par_iter()
-            .map(|Crossings { mut sharp, mut smooth, sources }| {
-                if self.plan.method == Method::Seed {
-                    sharp.append(&mut smooth);
-                }
-                let [first, second] = sources;
-                [(sharp, first), (smooth, second)].map(|(photons, sources)| match &self.groups {
-                    None => PhotonMap::build(photons.positions, photons.flux),
-                    Some(groups) => {
-                        let marks = sources.into_iter().map(|luminaire| groups.group(luminaire));
-                        PhotonMap::build_marked(photons.positions, photons.flux, marks)
-                    }
-                })
-            })
-            .collect()
-    }
-
-    /// Adds one pass's estimates at every point of a receiver.
-    fn densities<T: NearestPhotons>(
-        &self,
-        place: &mut Place<C>,
-        [sharp, smooth]: &[PhotonMap<T, C>; 2],
-        surfaces: &PhotonMap<T, C>,
-        Searches { sharp: near, smooth: wide }: Searches,
-    ) {
-        let Place { receiver, on_surface, has_value, surroundings, density, groups, .. } = place;
-        let layout = groups.as_ref().map(|groups| groups.layout);
-        let stride = layout.map_or(0, |layout| layout.stride);
-        let fresh = || (sharp.scratch(), smooth.scratch(), surfaces.scratch(), vec![0.0; stride]);
-        let scales = self.scales();
-        let add = |scratch: &mut (_, _, _, Vec<f64>), point: usize, sums: &mut Densities<C>, rows: &mut [Sum]| {
-            if !has_value[point] {
-                return;
-            }
-            let [u, v] = receiver.points[point];
-            if self.plan.method == Method::Seed {
-                sums.smooth[0].add(&if *on_surface {
-                    paper(surfaces, receiver.position(point).to_array(), wide, &mut scratch.2)
-                } else {
-                    paper(sharp, [u, v, 0.0], wide, &mut scratch.0)
-                });
-                return;
-            }
-            for (scale, &factor) in scales.iter().enumerate() {
-                let scaled =
-                    |search: Search| Search { nearest: ((search.nearest as f64 * factor) as usize).max(2), ..search };
-                let around = &surroundings[point];
-                let (first, second, _, by_group) = &mut *scratch;
-                if !sharp.is_empty() {
-                    let groups = layout.map(|layout| layout.sums(by_group));
-                    let found = local_linear_in_groups(sharp, [u, v], scaled(near), around, first, groups);
-                    sums.sharp[scale].add(&found);
-                    layout.inspect(|layout| layout.add(rows, SHARP, scale, by_group));
-                }
-                if !smooth.is_empty() {
-                    let groups = layout.map(|layout| layout.sums(by_group));
-                    let found = local_linear_in_groups(smooth, [u, v], scaled(wide), around, second, groups);
-                    sums.smooth[scale].add(&found);
-                    layout.inspect(|layout| layout.add(rows, SMOOTH, scale, by_group));
-                }
-            }
-        };
-        match groups {
-            None => density
-                .par_iter_mut()
-                .enumerate()
-                .with_min_len(64)
-                .for_each_init(fresh, |scratch, (point, sums)| add(scratch, point, sums, &mut [])),
-            Some(groups) => density
-                .par_iter_mut()
-                .zip(groups.density.par_chunks_mut(groups.layout.of_point()))
-                .enumerate()
-                .with_min_len(64)
-                .for_each_init(fresh, |scratch, (point, (sums, rows))| add(scratch, point, sums, rows)),
-        }
-        self.progress.advance(receiver.len() as u64);
-    }
-
-    /// Multiples of k that are tried; the paper knows one.
-    pub(super) fn scales(&self) -> &'static [f64] {
-        match self.plan.method {
-            Method::Seed => &[1.0],
-            _ if self.settings.nearest.is_some() => &FIXED,
-            _ => &SCALES,
-        }
-    }
-
-    /// Photon maps in the sums of densities: one each pass; or those of many passes make one, of passes · ROUNDS times the flux.
-    pub(super) fn density_passes(&self) -> f64 {
-        f64::from(self.done.len()) * if self.plan.method.sends_rays() { ROUNDS as f64 } else { 1.0 }
-    }
-
-    /// Number of whole lots among the passes so far.
-    fn settled_lots(&self) -> u64 {
-        let whole = |range: &PassRange| {
-            let (first, end) = (u64::from(range.first), u64::from(range.first) + u64::from(range.count));
-            (end / LOT).saturating_sub(first.div_ceil(LOT))
-        };
-        self.done.ranges().iter().map(whole).sum()
-    }
-
-    /// Search limits in a photon map of so many passes, after `before` others: discs shrink from map to map.
-    fn lot_searches(&self, passes: u64, before: u64) -> Searches {
-        let photons = self.photons_emitted / u64::from(self.done.len().max(1)) * passes;
-        Searches::new(self.plan.method, self.settings, self.diagonal, photons as f64)
-            .of_pass(u32::try_from(before).unwrap_or(u32::MAX))
-    }
-
-    /// Lets photons of caustics go where all passes of their lot are there: what they say becomes part of the sums.
-    fn settle<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
-        let lot_of = |(seed, pass): (u64, u32)| (seed, u64::from(pass) / LOT);
-        let mut lots: Vec<(u64, u64)> = self.caustics.keys().copied().map(lot_of).collect();
-        lots.dedup();
-        lots.retain(|&(seed, lot)| self.done.has_all(seed, lot * LOT, (lot + 1) * LOT));
-        for (seed, lot) in lots {
-            let mut all = vec![Crossings::default(); places.len()];
-            self.caustics.retain(|&pass, crossings| {
-                let open = lot_of(pass) != (seed, lot);
-                if !open {
-                    all.iter_mut().zip(crossings).for_each(|(all, pass)| all.append(pass));
-                }
-                open
-            });
-            let stored = self.photons_stored;
-            self.photons_stored = 0;
-            places.iter_mut().for_each(Place::begin_with_settled);
-            self.gather::<T>(places, all, Photons::default(), self.lot_searches(LOT, lot));
-            places.iter_mut().for_each(Place::keep_settled);
-            self.photons_settled += self.photons_stored;
-            self.photons_stored = stored;
-        }
-    }
-
-    /// What the passes so far say of light that has bounced.
-    fn conclude<T: NearestPhotons>(&mut self, places: &mut [Place<C>]) {
-        let passes = self.density_passes();
-        if self.plan.method.sends_rays() && self.plan.counts_photons() {
-            places.iter_mut().for_each(Place::begin_with_settled);
-            let lots = self.settled_lots();
-            let mut all = vec![Crossings::default(); places.len()];
-            for crossings in self.caustics.values() {
-                all.iter_mut().zip(crossings).for_each(|(all, pass)| all.extend(pass));
-            }
-            let open = u64::from(self.done.len()) - lots * LOT;
-            self.photons_stored = self.photons_settled;
-            self.gather::<T>(places, all, Photons::default(), self.lot_searches(open, lots));
-        }
-        let (scales, fixed) =
-            (self.scales().len(), self.settings.nearest.is_some() || self.plan.method == Method::Seed);
-        // Of one photon of a round, lm.
-        let flux = photometric(self.flux.mean(1.0).emitted) / self.photons_emitted.max(1) as f64;
-        self.timed("smooth", 1, |_| {
-            for place in places {
-                let Place { receiver, has_value, smoother, density, samples, faint, counts, bounced, groups, .. } =
-                    place;
-                let (witness, contradiction) = (&place.witness, &mut place.contradiction);
-                let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
-                let listen = groups.is_some();
-                let best = |kind: fn(&Densities<C>) -> &[EstimateSum<C>; SCALES.len()], chosen: &mut Vec<u8>| {
-                    if density.is_empty() {
-                        return vec![Estimate::DARK; receiver.len()];
-                    }
-                    let scale = |scale: usize| density.iter().map(|sums| kind(sums)[scale].mean(passes)).collect();
-                    let note = |scale| {
-                        if listen {
-                            chosen.push(scale as u8)
-                        }
-                    };
-                    choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value, note)
-                };
-                *bounced = best(|sums| &sums.sharp, &mut sharp_scales);
-                let smooth = best(|sums| &sums.smooth, &mut smooth_scales);
-                bounced.iter_mut().zip(smooth).for_each(|(sum, found)| sum.add(&found));
-                if let Some(counts) = counts {
-                    (0..).zip(bounced.iter_mut()).for_each(|(point, sum)| sum.add(&counts.estimate(point, passes)));
-                }
-                if let Some(samples) = samples {
-                    let found = match smoother {
-                        Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
-                        None => samples.alone(),
-                    };
-                    bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
-                    if let Some(witness) = witness {
-                        let doubt;
-                        (doubt, *contradiction) = witness.doubt(samples, flux);
-                        bounced.iter_mut().zip(doubt).for_each(|(sum, doubt)| sum.variance += doubt);
-                    }
-                }
-                if let Some(FaintLight { samples, light, .. }) = faint {
-                    *light = match smoother {
-                        Some(smoother) => smoother.smooth(samples, has_value, &mut Vec::new()),
-                        None => samples.alone(),
-                    };
-                }
-                if let Some(groups) = groups {
-                    (groups.scales, groups.windows) = ([sharp_scales, smooth_scales], windows);
-                }
-            }
-        });
-    }
-}
-
-impl<const C: usize> Place<C> {
-    /// Sums of densities that begin with what is settled.
-    fn begin_with_settled(&mut self) {
-        match self.settled.as_slice() {
-            [] => self.density.fill(Default::default()),
-            settled => self.density.copy_from_slice(settled),
-        }
-        if let Some(groups) = &mut self.groups {
-            match groups.settled.as_slice() {
-                [] => groups.density.fill(Sum::ZERO),
-                settled => groups.density.copy_from_slice(settled),
-            }
-        }
-    }
-
-    /// Makes room for what will be settled.
-    pub(super) fn open_settled(&mut self) {
-        self.settled.resize(self.density.len(), Default::default());
-        if let Some(groups) = &mut self.groups {
-            groups.settled.resize(groups.density.len(), Sum::ZERO);
-        }
-    }
-
-    /// Settles the sums as they are.
-    fn keep_settled(&mut self) {
-        self.open_settled();
-        self.settled.copy_from_slice(&self.density);
-        if let Some(groups) = &mut self.groups {
-            groups.settled.copy_from_slice(&groups.density);
-        }
     }
 }
 
@@ -784,7 +516,7 @@ impl<'a, const C: usize> Engine<'a, C> {
             drop(records);
             grid.note_bright(&light);
         }
-        let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
+        let looked_at = if run.asks_for_caustics() { scene.mesh.triangles.len() } else { 0 };
         let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
         let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
         let area = near.map(|corners| triangle_area(&corners)).sum();
@@ -798,12 +530,17 @@ fn watched<'a, const C: usize>(
     places: &mut [Place<C>],
     caster: &RayCaster,
 ) -> Vec<Watched<'a>> {
-    if !run.plan.counts_photons() || places.iter().all(|place| place.receiver.is_plane()) {
+    let cells = run.counts_sharp();
+    let is_apart = |place: &Place<C>| !place.receiver.is_plane() || (cells && place.receiver.grid.is_some());
+    if !run.plan.counts_photons() || !places.iter().any(is_apart) {
         return Vec::new();
     }
     let first = places.len() - run.scene.surfaces.len();
     let of = |(index, place): (usize, &mut Place<C>)| {
         let watched = match (place.receiver.bodies(), index.checked_sub(first)) {
+            ([], None) if cells && place.receiver.grid.is_some() => {
+                Watched::Cells(Cells::look(&place.receiver, &place.has_value, caster))
+            }
             ([], None) => return Watched::Nothing,
             ([], Some(surface)) => Watched::Surface(&run.scene.surfaces[surface]),
             _ => {
@@ -811,7 +548,9 @@ fn watched<'a, const C: usize>(
                 Watched::bodies(&place.receiver, radius, floor, caster)
             }
         };
-        place.counts = Some(Counts::new(watched.areas()));
+        let width =
+            if place.groups.is_some() { run.groups.as_ref().map_or(0, |groups| groups.width::<C>()) } else { 0 };
+        place.counts = Some(Counts::new(watched.areas(), width));
         watched
     };
     places.iter_mut().enumerate().map(of).collect()
@@ -860,7 +599,7 @@ struct Caught<'p, const C: usize> {
     /// Diffused light that crossed receivers, of a round that is a witness.
     witnessed: Vec<Crossings<C>>,
     landings: Photons<C>,
-    caustics: Caustics<C>,
+    caustics: Option<Caustics<C>>,
     patches: Vec<PatchRecorder<'p, C>>,
     met: Vec<Met<C>>,
     flux: Tally<C>,
@@ -872,7 +611,7 @@ impl<const C: usize> Default for Caught<'_, C> {
             crossings: Vec::new(),
             witnessed: Vec::new(),
             landings: Photons::default(),
-            caustics: Caustics::default(),
+            caustics: None,
             patches: Vec::new(),
             met: Vec::new(),
             flux: Tally::default(),

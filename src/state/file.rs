@@ -1,7 +1,7 @@
 //! A state in a file: what made it, in words (JSON), then its sums, then a checksum over both.
 //!
 //! ```text
-//! luxmap state 2\n         magic and number of this format
+//! luxmap state 3\n         magic and number of this format
 //! length of the words      8 bytes, little-endian, as all numbers
 //! words                    JSON, see `Words`
 //! sums                     as the run hands them over; see `Tape`
@@ -23,7 +23,7 @@ use crate::error::{Error, InputError, Location};
 use crate::input;
 use crate::report::file;
 
-const MAGIC: &[u8] = b"luxmap state 2\n";
+const MAGIC: &[u8] = b"luxmap state 3\n";
 const CHECKSUM: usize = 32;
 /// Longest words believed, bytes.
 const LONGEST: u64 = 16 << 20;

@@ -1,0 +1,203 @@
+//! Smoothing of cells in which photons were counted.
+//!
+//! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons' squares,
+//! and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light has edges:
+//! a window counts only where it agrees with what narrower ones say of this very cell, and what blur its neighbourhood
+//! shows is claimed there and not spread far.
+
+use rayon::prelude::*;
+
+use super::{Fit, Smoother, Sums, WINDOWS, box_means};
+use crate::gather::density::Estimate;
+use crate::photon::flux::photometric;
+
+/// Cells to each side over which risk and blur are taken.
+const RISK_POOL: usize = 6;
+const BLUR_POOL: usize = 4;
+
+/// How many σ a window's fit may differ from a narrower one's.
+const DOUBT: f64 = 3.0;
+
+/// Blur's squared share of the noise where windows are chosen by their risk.
+const BLUR_AT_LEAST_RISK: f64 = 0.5;
+
+/// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
+const FLUX_POOL: usize = 10;
+const MOST_RESTORED: f64 = 1.25;
+
+/// What was done to the counts of a cell: to be done to its parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Smoothed {
+    /// Number of the window.
+    pub window: usize,
+    /// By what its fit was multiplied.
+    pub restored: f32,
+}
+
+/// What one window says of a cell.
+#[derive(Clone, Copy)]
+struct Counted<const C: usize> {
+    fit: Fit<C>,
+    /// Its variance, from the variance of each cell in it.
+    variance: f64,
+}
+
+impl Smoother {
+    /// The estimate at every cell with its neighbours' help, and its variance, blur included. `raw` is what the cells
+    /// counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each, lx.
+    ///
+    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the cells
+    /// about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
+    pub fn smooth_counts<const C: usize>(
+        &self,
+        raw: &[Estimate<C>],
+        quantum: impl Fn(usize) -> f64 + Sync,
+        has_value: &[bool],
+        chosen: &mut Vec<Smoothed>,
+    ) -> Vec<Estimate<C>> {
+        let fits: Vec<[Counted<C>; WINDOWS.len()]> = (0..raw.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map_init(Vec::new, |reached, point| {
+                if has_value[point] { self.counted_fits(point, raw, reached) } else { [Counted::NONE; WINDOWS.len()] }
+            })
+            .collect();
+        let risks: Vec<Vec<f64>> = (0..WINDOWS.len())
+            .into_par_iter()
+            .map(|window| {
+                let risk = |point: usize| {
+                    let fit = &fits[point][window].fit;
+                    let off = fit.photometric() - photometric(raw[point].value);
+                    off * off + (2.0 * f64::from(fit.own) - 1.0) * raw[point].variance
+                };
+                let risks: Vec<f64> = (0..raw.len()).map(risk).collect();
+                self.box_means(&risks, has_value, RISK_POOL)
+            })
+            .collect();
+        let best: Vec<usize> = (0..raw.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|point| {
+                let better = |&a: &usize, &b: &usize| risks[a][point].total_cmp(&risks[b][point]);
+                let possible = |&window: &usize| agrees(&fits[point], window, quantum(point));
+                // Of windows as good as each other the widest: where nothing was met it has most to say.
+                (0..WINDOWS.len()).rev().filter(possible).min_by(better).unwrap_or(0)
+            })
+            .collect();
+        let blur = self.blur(&fits, &best);
+        let restored = self.restored(raw, &fits, &best, has_value);
+        let smoothed = (0..raw.len())
+            .map(|point| {
+                if !has_value[point] {
+                    return Estimate::DARK;
+                }
+                let Counted { fit, variance } = fits[point][best[point]];
+                let blur = if best[point] == 0 { 0.0 } else { blur[point].max(BLUR_AT_LEAST_RISK * variance) };
+                // Where no photon was met, one may have been missed.
+                let unseen = if variance > 0.0 { 0.0 } else { (f64::from(fit.own) * quantum(point)).powi(2) };
+                let times = f64::from(restored[point]);
+                let value = fit.value.map(|lux| times * f64::from(lux));
+                Estimate { value, variance: times * times * (variance + blur) + unseen }
+            })
+            .collect();
+        *chosen = best.iter().zip(restored).map(|(&window, restored)| Smoothed { window, restored }).collect();
+        smoothed
+    }
+
+    /// By what smoothed cells are multiplied, so that as much light is about each as was counted there.
+    fn restored<const C: usize>(
+        &self,
+        raw: &[Estimate<C>],
+        fits: &[[Counted<C>; WINDOWS.len()]],
+        best: &[usize],
+        has_value: &[bool],
+    ) -> Vec<f32> {
+        let counted: Vec<f64> = raw.iter().map(|estimate| photometric(estimate.value)).collect();
+        let fitted: Vec<f64> = (0..raw.len()).map(|point| fits[point][best[point]].fit.photometric()).collect();
+        let [counted, fitted] = [counted, fitted].map(|values| self.box_means(&values, has_value, FLUX_POOL));
+        let ratio = |(counted, fitted): (&f64, &f64)| {
+            let ratio = if *fitted > 0.0 { counted / fitted } else { 1.0 };
+            ratio.clamp(1.0 / MOST_RESTORED, MOST_RESTORED) as f32
+        };
+        counted.iter().zip(&fitted).map(ratio).collect()
+    }
+
+    /// Squared blur of the windows chosen: their squared difference to rougher ones, less what noise makes of it; over
+    /// the cells nearby that are smoothed at all.
+    fn blur<const C: usize>(&self, fits: &[[Counted<C>; WINDOWS.len()]], best: &[usize]) -> Vec<f64> {
+        let excess = |point: usize| {
+            let fits = &fits[point];
+            let chosen = &fits[best[point]];
+            let rougher = |counted: &&Counted<C>| counted.fit.squares >= super::YARDSTICK * chosen.fit.squares;
+            let by_squares = |a: &&Counted<C>, b: &&Counted<C>| a.fit.squares.total_cmp(&b.fit.squares);
+            let yardstick = fits.iter().filter(rougher).min_by(by_squares).unwrap_or(&fits[0]);
+            let off = chosen.fit.photometric() - yardstick.fit.photometric();
+            off * off - (yardstick.variance - chosen.variance).max(0.0)
+        };
+        let excess: Vec<f64> = (0..fits.len()).map(excess).collect();
+        let smoothed: Vec<bool> = best.iter().map(|&window| window > 0).collect();
+        let means = box_means(&excess, &smoothed, [self.columns, self.rows], BLUR_POOL);
+        means.into_iter().map(|square| square.max(0.0)).collect()
+    }
+
+    /// What every window says of a cell. `reached` is memory to reuse.
+    fn counted_fits<const C: usize>(
+        &self,
+        point: usize,
+        raw: &[Estimate<C>],
+        reached: &mut Vec<Option<usize>>,
+    ) -> [Counted<C>; WINDOWS.len()] {
+        let mut fits = [Counted::NONE; WINDOWS.len()];
+        reached.clear();
+        let mut sums = Sums::new();
+        for (counted, window) in fits.iter_mut().zip(&self.windows) {
+            if self.gates.open(point, window.half) {
+                *counted = Counted {
+                    fit: self.open_fit(point, window, raw),
+                    variance: self.open_variance(point, window, raw),
+                };
+                continue;
+            }
+            self.reach(point, window, reached, |offset, there| sums.add(offset, &raw[there].value));
+            let fit = sums.fit(window);
+            let row = sums.row(window);
+            let in_reach = self.offsets.iter().zip(&*reached).take(window.count);
+            let parts = in_reach.filter_map(|(offset, there)| {
+                there.map(|there| offset.weight(window, &row).powi(2) * raw[there].variance)
+            });
+            *counted = Counted { fit, variance: parts.sum() };
+        }
+        fits
+    }
+
+    /// Variance of a window's fit where nothing is in its way.
+    fn open_variance<const C: usize>(&self, point: usize, window: &super::Window, raw: &[Estimate<C>]) -> f64 {
+        let [columns, rows] = window.half;
+        let first = point - rows * self.columns - columns;
+        let width = 2 * columns + 1;
+        let lines = window.weights.chunks_exact(width).enumerate();
+        let of_line = |(row, weights): (usize, &[f64])| -> f64 {
+            let from = first + row * self.columns;
+            weights.iter().zip(&raw[from..from + width]).map(|(weight, raw)| weight * weight * raw.variance).sum()
+        };
+        lines.map(of_line).sum()
+    }
+}
+
+impl<const C: usize> Counted<C> {
+    const NONE: Self = Self { fit: Fit::NONE, variance: 0.0 };
+}
+
+/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that they
+/// would have in its light.
+fn agrees<const C: usize>(fits: &[Counted<C>; WINDOWS.len()], window: usize, quantum: f64) -> bool {
+    let wide = &fits[window];
+    if wide.fit.value.iter().any(|value| *value < 0.0) {
+        return false;
+    }
+    let level = wide.fit.photometric();
+    fits[..window].iter().filter(|narrow| narrow.fit.squares > wide.fit.squares).all(|narrow| {
+        let own = narrow.variance.max(level * quantum * f64::from(narrow.fit.squares));
+        (narrow.fit.photometric() - level).powi(2) <= DOUBT * DOUBT * own
+    })
+}
