@@ -22,6 +22,7 @@ fn map(illuminance: &[f64], standard_error: &[f64]) -> IlluminanceMap {
         has_value: illuminance.iter().map(|e| !e.is_nan()).collect(),
         outlines: Vec::new(),
         groups: Vec::new(),
+        extremes: None,
         areas: Vec::new(),
     }
 }

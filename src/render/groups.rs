@@ -203,6 +203,7 @@ impl<const C: usize> Rendering<'_, C> {
                     .map(|(p, g)| variance(p, g))
                     .collect();
                 groups.add_densities(passes);
+                groups.scale(&place.scaled);
                 this.progress.advance(1);
             }
         });
@@ -210,6 +211,16 @@ impl<const C: usize> Rendering<'_, C> {
 }
 
 impl PlaceGroups {
+    /// Multiplies the channels of some points, so that groups still add up where the whole was read again.
+    fn scale<const C: usize>(&mut self, scaled: &[(usize, [f64; C])]) {
+        for &(point, factors) in scaled {
+            let row = &mut self.bounced[point * self.width..][..self.width];
+            for (lux, factor) in row.iter_mut().zip(factors.iter().cycle()) {
+                *lux = (f64::from(*lux) * factor) as f32;
+            }
+        }
+    }
+
     /// Adds the densities with the k chosen at each point; `passes` of them are in the sums.
     fn add_densities(&mut self, passes: f64) {
         let Self { width, variances, density, layout, scales, bounced, variance, .. } = self;

@@ -11,8 +11,8 @@ use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    Densities, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
-    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    Densities, Faint, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT,
+    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -26,7 +26,7 @@ use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
+use crate::photon::random::{Seed, Stream};
 use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::{NearestPhotons, PhotonMap};
 use crate::report::CameraImage;
@@ -87,6 +87,9 @@ impl<const C: usize> Rendering<'_, C> {
             if word.over {
                 if schedule.closed {
                     self.save(places, views, &schedule, keeping);
+                }
+                if keeping.team.rank() == 0 && self.plan.bounces {
+                    self.read_extremes(engine, places);
                 }
                 return Ok(());
             }
@@ -388,19 +391,11 @@ impl<const C: usize> Rendering<'_, C> {
             let seed = Seed(self.settings.seed).branch(PURPOSE_FAINT).branch(index as u64).branch(round);
             let rays = AtomicU64::new(0);
             samples.add(round, count, |point| {
-                let (mut sum, mut cast) = ([0.0; C], 0);
                 if !has_value[point] {
-                    return sum;
+                    return [0.0; C];
                 }
-                let (start, normal) = (receiver.start(point), receiver.normal_at(point));
-                let mut stream = seed.stream(point as u64);
-                let shift = stream.uniform();
-                for ray in 0..count {
-                    let share = ((ray as f32 + shift) / count as f32).min(0.999_999_9);
-                    let (found, rays) = luminaires.sample(point, share, start, normal, sight.caster(), &mut stream);
-                    (0..C).for_each(|c| sum[c] += found[c]);
-                    cast += rays;
-                }
+                let stream = &mut seed.stream(point as u64);
+                let (sum, cast) = faint_light(luminaires, receiver, point, count, sight.caster(), stream);
                 rays.fetch_add(cast, Ordering::Relaxed);
                 sum
             });
@@ -589,6 +584,7 @@ impl<const C: usize> Rendering<'_, C> {
             for place in places {
                 let Place { receiver, has_value, smoother, density, samples, faint, counts, bounced, groups, .. } =
                     place;
+                let rest = &mut place.rest;
                 let (mut sharp_scales, mut smooth_scales, mut windows) = (Vec::new(), Vec::new(), Vec::new());
                 let listen = groups.is_some();
                 let best = |kind: fn(&Densities<C>) -> &[EstimateSum<C>; SCALES.len()], chosen: &mut Vec<u8>| {
@@ -604,12 +600,19 @@ impl<const C: usize> Rendering<'_, C> {
                     choose((0..scales).map(scale).collect(), fixed, receiver.grid, has_value, note)
                 };
                 *bounced = best(|sums| &sums.sharp, &mut sharp_scales);
+                // What rays from the points do not find; photons crossing a plane that met a diffuse surface stand for what they do.
+                if !density.is_empty() {
+                    rest.clone_from(bounced);
+                }
                 let smooth = best(|sums| &sums.smooth, &mut smooth_scales);
                 bounced.iter_mut().zip(smooth).for_each(|(sum, found)| sum.add(&found));
                 if let Some(counts) = counts {
                     (0..).zip(bounced.iter_mut()).for_each(|(point, sum)| sum.add(&counts.estimate(point, passes)));
                 }
                 if let Some(samples) = samples {
+                    if counts.is_some() {
+                        rest.clone_from(bounced);
+                    }
                     let found = match smoother {
                         Some(smoother) => smoother.smooth(samples, has_value, &mut windows),
                         None => samples.plain(),
@@ -663,22 +666,43 @@ impl<const C: usize> Place<C> {
     }
 }
 
-/// One round's rays from the points of a receiver.
-struct Look<'a, const C: usize> {
-    sight: &'a Sight<'a, C>,
-    records: Option<Records<'a, C>>,
-    receiver: &'a Receiver,
-    has_value: &'a [bool],
-    seed: Seed,
-    /// Rays from each point.
+/// What `count` rays to the faint luminaires of a point find, their sum, and the rays that took.
+pub(super) fn faint_light<const C: usize>(
+    luminaires: &Faint<C>,
+    receiver: &Receiver,
+    point: usize,
     count: u64,
+    caster: &RayCaster,
+    stream: &mut Stream,
+) -> ([f64; C], u64) {
+    let (mut sum, mut cast) = ([0.0; C], 0);
+    let (start, normal) = (receiver.start(point), receiver.normal_at(point));
+    let shift = stream.uniform();
+    for ray in 0..count {
+        let share = ((ray as f32 + shift) / count as f32).min(0.999_999_9);
+        let (found, rays) = luminaires.sample(point, share, start, normal, caster, stream);
+        (0..C).for_each(|c| sum[c] += found[c]);
+        cast += rays;
+    }
+    (sum, cast)
+}
+
+/// One round's rays from the points of a receiver.
+pub(super) struct Look<'a, const C: usize> {
+    pub(super) sight: &'a Sight<'a, C>,
+    pub(super) records: Option<Records<'a, C>>,
+    pub(super) receiver: &'a Receiver,
+    pub(super) has_value: &'a [bool],
+    pub(super) seed: Seed,
+    /// Rays from each point.
+    pub(super) count: u64,
     /// Rays cast, those onward from where they end included.
-    rays: AtomicU64,
+    pub(super) rays: AtomicU64,
 }
 
 impl<const C: usize> Look<'_, C> {
     /// Sum of what the rays from a point find, lx; `origins` hears where it comes from.
-    fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
+    pub(super) fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
         let mut sum = [0.0; C];
         if !self.has_value[point] {
             return sum;
@@ -699,7 +723,7 @@ impl<const C: usize> Look<'_, C> {
 
 /// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
 /// map.
-fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
+pub(super) fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
     let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
         let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);
         for point in points.filter(|&point| place.has_value[point]) {
@@ -720,13 +744,13 @@ fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> C
 }
 
 /// What a run keeps from pass to pass.
-struct Engine<'a, const C: usize> {
-    caster: &'a RayCaster,
+pub(super) struct Engine<'a, const C: usize> {
+    pub(super) caster: &'a RayCaster,
     /// Of all surfaces that are near, m².
     area: f64,
-    tracer: Option<Tracer<'a, C>>,
-    sight: Option<Sight<'a, C>>,
-    grid: Option<PatchGrid>,
+    pub(super) tracer: Option<Tracer<'a, C>>,
+    pub(super) sight: Option<Sight<'a, C>>,
+    pub(super) grid: Option<PatchGrid>,
     /// What photons are counted for at each receiver.
     watched: Vec<Watched<'a>>,
 }
@@ -742,18 +766,28 @@ impl<'a, const C: usize> Engine<'a, C> {
         });
         let looks = method.sends_rays() || !scene.cameras.is_empty();
         let sight = looks.then(|| Sight::new(scene, caster, method == Method::Path));
-        let grid = (method == Method::Gather && run.plan.photons).then(|| {
-            let size = PATCH_SHARE * mean_sight(run, places, sight.as_ref(), caster);
-            let height = (2e-4 * run.diagonal).min(2e-3);
-            let useful = |material: u32| scene.materials[material as usize].is_diffuse();
-            PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
-        });
+        let grid =
+            (method == Method::Gather && run.plan.photons).then(|| patch_grid(run, places, sight.as_ref(), caster));
         let looked_at = if run.plan.caustics && !scene.cameras.is_empty() { scene.mesh.triangles.len() } else { 0 };
         let corners = (0..looked_at).map(|triangle| scene.mesh.corners(triangle));
         let near = corners.filter(|corners| scene.near.distance(*corners) <= scene.near.horizon());
         let area = near.map(|corners| triangle_area(&corners)).sum();
         Self { caster, area, tracer, sight, grid, watched: watched(run, places, caster) }
     }
+}
+
+/// Patches whose light rays from the points of all receivers ask for.
+pub(super) fn patch_grid<const C: usize>(
+    run: &Rendering<'_, C>,
+    places: &[Place<C>],
+    sight: Option<&Sight<'_, C>>,
+    caster: &RayCaster,
+) -> PatchGrid {
+    let scene = run.scene;
+    let size = PATCH_SHARE * mean_sight(run, places, sight, caster);
+    let height = (2e-4 * run.diagonal).min(2e-3);
+    let useful = |material: u32| scene.materials[material as usize].is_diffuse();
+    PatchGrid::new(&scene.mesh, useful, size as f32, (&scene.near, PATCH_SHARE), height as f32)
 }
 
 /// What photons are to be counted for at each receiver, with counts made ready for it.
