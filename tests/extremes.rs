@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{room, run, run_with, scene, shipped};
+use common::{room, run, run_with, scene};
 use luxmap::check::scenes::solid;
 use luxmap::render::Settings;
 use luxmap::report::{Results, Statistics, statistics};
@@ -87,19 +87,6 @@ fn groups_add_up_in_cells_read_again() {
         let off = sum / map.illuminance[cell] - 1.0;
         assert!(off.abs() < 1e-4, "cell {cell}: groups {sum} lx, whole {} lx", map.illuminance[cell]);
     }
-}
-
-/// In a furnace every cell receives the same, so U₀ is 1: no lower than three of its errors.
-#[test]
-fn even_light_is_even() {
-    let found = floor(&run(&shipped("furnace.toml"), Method::Gather, 200_000, 1));
-    let missing = 1.0 - found.uniformity;
-    assert!(
-        (0.0..3.0 * found.errors.uniformity).contains(&missing),
-        "U₀ {} ± {}",
-        found.uniformity,
-        found.errors.uniformity
-    );
 }
 
 /// The same bits for one thread and for five.

@@ -1,7 +1,8 @@
 //! E_min and E_max: the cells that decide them are read once more, by rays that had no part in choosing them.
 //!
 //! The least of many cells that each err a little reads low, and so does U₀ with it. So, when the passes are over, the darkest
-//! cells of every plane, area and surface send further rays, with photons of their own: many cells few rays, few cells many.
+//! cells of every plane, area and surface send further rays: many cells few rays, few cells many. They go on as paths, as
+//! method `path` has them: no bias, whatever the photons say, and their scatter tells all of their error.
 //! The last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing to
 //! do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
 
@@ -10,19 +11,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::passes::{Engine, Look, faint_light, patch_grid};
+use super::passes::{Engine, Look, faint_light};
 use super::results::Cell;
 use super::{PURPOSE_EXTREMES, Place, Rendering};
 use crate::gather::density::Estimate;
-use crate::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
-use crate::gather::sight::{Records, Sight};
+use crate::gather::sight::Sight;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
-use crate::photon::trace::Tracer;
 use crate::report::{Extremes, Reading, areas};
 use crate::scene::plan::Method;
 
-/// Independent parts of these rays, each with photons of its own; even ones make one half, odd ones the other.
+/// Independent parts of these rays; even ones make one half, odd ones the other.
 const ROUNDS: usize = 8;
 
 /// Cells looked at together, and how often more are looked at while some that were not read lower.
@@ -37,9 +36,6 @@ const LAST: usize = 2;
 const FIRST_RAYS: u64 = 16;
 const SECOND_RAYS: u64 = 128;
 const LAST_RAYS: u64 = 1024;
-
-/// The part of a pass's photons that all rounds together have.
-const PHOTONS: f64 = 0.25;
 
 /// Standard error that a reading is to have, as a part of it: half of the map's own claim, within these bounds.
 const AIM: [f64; 2] = [0.002, 0.02];
@@ -118,9 +114,6 @@ type Asked = (u64, usize, u64);
 /// Sends further rays from the points of one place.
 struct Reader<'a, const C: usize> {
     sight: &'a Sight<'a, C>,
-    grid: Option<&'a PatchGrid>,
-    /// Photons' light of each round; none where rays go on as paths.
-    lights: &'a [PatchLight<C>],
     place: &'a Place<C>,
     seed: Seed,
     /// What a reading's standard error is to be, as a part of it.
@@ -152,36 +145,18 @@ impl<const C: usize> Rendering<'_, C> {
         self.timed("extremes", asked.len() as u64, |this| {
             let own = engine.sight.is_none().then(|| Sight::new(this.scene, engine.caster, false));
             let Some(sight) = engine.sight.as_ref().or(own.as_ref()) else { return };
-            let with_photons = this.plan.photons && this.plan.method != Method::Path;
-            let own =
-                (with_photons && engine.grid.is_none()).then(|| patch_grid(this, places, Some(sight), engine.caster));
-            let grid = engine.grid.as_ref().or(own.as_ref());
-            let lights = grid.map_or_else(Vec::new, |grid| this.lights(engine, grid));
             for index in asked {
                 let parts = this.parts(index, &places[index]);
                 let seed = Seed(this.settings.seed).branch(PURPOSE_EXTREMES).branch(index as u64);
                 let aim = (0.5 * claim(&places[index])).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
-                let reader = Reader { sight, grid, lights: &lights, place, seed, aim, cast: AtomicU64::new(0) };
+                let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
                 let (ends, again) = reader.parts(&parts);
                 this.prepared_rays += reader.cast.into_inner();
                 places[index].take_over(&parts, ends, again);
                 this.progress.advance(1);
             }
         });
-    }
-
-    /// The photons' light of every round.
-    fn lights(&self, engine: &Engine<'_, C>, grid: &PatchGrid) -> Vec<PatchLight<C>> {
-        let photons = (PHOTONS * self.settings.photons as f64 / ROUNDS as f64) as u64 + 1;
-        let tracer = Tracer::new(self.scene, engine.caster, photons);
-        let tracer = tracer.with_most_bounces(self.trial.most_bounces());
-        let seed = Seed(self.settings.seed).branch(PURPOSE_EXTREMES);
-        let light = |round: usize| {
-            let (records, _) = tracer.trace(seed, round as u64, || PatchRecorder::new(grid), |_| {});
-            PatchLight::new(grid, &records)
-        };
-        (0..ROUNDS).map(light).collect()
     }
 
     /// Points of a place that have a value: all of them, then those of each area.
@@ -296,8 +271,16 @@ impl<const C: usize> Reader<'_, C> {
         let most = extreme(&|index| end.rank(lux(index, 0, 1)));
         let choice = (read - lux(most, 0, 1)) / 2.0;
         let fixed = self.fixed(last[a].0.point).1.max(self.fixed(last[b].0.point).1);
-        let error = ((variance(a) + variance(b)) / 2.0 + fixed + choice * choice).sqrt();
-        Reading { lux: read, error }
+        let fresh = (variance(a) + variance(b)) / 2.0 + fixed + choice * choice;
+        // Where neighbours know the cell better than its rays do, as in light that few paths find, they count, too.
+        let [one, other] = [a, b].map(|index| last[index].0);
+        let before = Belief { lux: (one.lux + other.lux) / 2.0, variance: one.variance.max(other.variance), ..one };
+        let found = if before.variance < fresh {
+            before.with(read, fresh)
+        } else {
+            Belief { lux: read, variance: fresh, ..one }
+        };
+        Reading { lux: found.lux, error: found.variance.sqrt() }
     }
 
     /// The part of a point's light that these rays do not read, lx, and its variance.
@@ -361,8 +344,7 @@ impl<const C: usize> Reader<'_, C> {
     fn from(&self, point: usize, level: u64, round: usize, count: u64) -> [[f64; C]; 2] {
         let Place { receiver, has_value, faint, .. } = self.place;
         let seed = self.seed.branch(level).branch(round as u64);
-        let records = self.grid.zip(self.lights.get(round)).map(|(grid, light)| Records { grid, light });
-        let look = Look { sight: self.sight, records, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
+        let look = Look { sight: self.sight, records: None, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
         let bounced = look.from(point, &mut ());
         let (faint, cast) = faint.as_ref().map_or(([0.0; C], 0), |faint| {
             let stream = &mut seed.branch(1).stream(point as u64);

@@ -122,7 +122,7 @@ impl Cell {
             }
         }
         if densities {
-            kept += 6 * 16 * (channels + 1);
+            kept += 6 * 16 * (channels + 1) + estimate;
             kept += if plan.method == Method::Seed { 0 } else { 264 };
         }
         let result = 25 + if plan.coloured { 24 } else { 0 };
