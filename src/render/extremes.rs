@@ -37,7 +37,7 @@ const FIRST_RAYS: u64 = 16;
 const SECOND_RAYS: u64 = 128;
 const LAST_RAYS: u64 = 1024;
 
-/// Standard error that a reading is to have, as a part of it: half of the map's own claim, within these bounds.
+/// Standard error that a reading is to have, as a part of it: the map's own claim, within these bounds.
 const AIM: [f64; 2] = [0.002, 0.02];
 
 /// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard error:
@@ -148,7 +148,7 @@ impl<const C: usize> Rendering<'_, C> {
             for index in asked {
                 let parts = this.parts(index, &places[index]);
                 let seed = Seed(this.settings.seed).branch(PURPOSE_EXTREMES).branch(index as u64);
-                let aim = (0.5 * claim(&places[index])).clamp(AIM[0], AIM[1]);
+                let aim = claim(&places[index]).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
                 let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
                 let (ends, again) = reader.parts(&parts);
@@ -269,7 +269,7 @@ impl<const C: usize> Reader<'_, C> {
         let read = (lux(a, 1, 2) + lux(b, 0, 2)) / 2.0;
         // What the choice may miss: the extreme of all readings errs to the other side.
         let most = extreme(&|index| end.rank(lux(index, 0, 1)));
-        let choice = (read - lux(most, 0, 1)) / 2.0;
+        let choice = read - lux(most, 0, 1);
         let fixed = self.fixed(last[a].0.point).1.max(self.fixed(last[b].0.point).1);
         let fresh = (variance(a) + variance(b)) / 2.0 + fixed + choice * choice;
         // Where neighbours know the cell better than its rays do, as in light that few paths find, they count, too.

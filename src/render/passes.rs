@@ -748,9 +748,9 @@ pub(super) struct Engine<'a, const C: usize> {
     pub(super) caster: &'a RayCaster,
     /// Of all surfaces that are near, m².
     area: f64,
-    pub(super) tracer: Option<Tracer<'a, C>>,
+    tracer: Option<Tracer<'a, C>>,
     pub(super) sight: Option<Sight<'a, C>>,
-    pub(super) grid: Option<PatchGrid>,
+    grid: Option<PatchGrid>,
     /// What photons are counted for at each receiver.
     watched: Vec<Watched<'a>>,
 }
@@ -777,7 +777,7 @@ impl<'a, const C: usize> Engine<'a, C> {
 }
 
 /// Patches whose light rays from the points of all receivers ask for.
-pub(super) fn patch_grid<const C: usize>(
+fn patch_grid<const C: usize>(
     run: &Rendering<'_, C>,
     places: &[Place<C>],
     sight: Option<&Sight<'_, C>>,
