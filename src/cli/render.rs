@@ -113,7 +113,7 @@ pub(super) struct Arguments {
     /// Tell light groups apart: a layer group.NAME in the EXR files for each, groups.csv for sensors.
     #[arg(long)]
     groups: bool,
-    /// Exit with code 1 if a sensor misses its target, or an area what is required of it.
+    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 % confidence.
     #[arg(long)]
     pub(super) check: bool,
     /// Print the summary as JSON instead of the table.

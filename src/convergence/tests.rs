@@ -23,6 +23,7 @@ fn map(illuminance: &[f64], standard_error: &[f64]) -> IlluminanceMap {
         standing: Vec::new(),
         outlines: Vec::new(),
         groups: Vec::new(),
+        extremes: None,
         areas: Vec::new(),
     }
 }

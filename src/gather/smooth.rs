@@ -202,6 +202,21 @@ impl<const C: usize> Samples<C> {
         scatter / (batches * (batches - 1.0)).max(1.0)
     }
 
+    /// Variance of Σ weight · mean over points (photometric), from the scatter of the batches: so what the points have in
+    /// common, the photons behind their records, counts in full. Wider by what a scatter of few batches may miss: the
+    /// variance of Student's t.
+    pub fn variance_of_sum(&self, weighted: &[(usize, f64)]) -> f64 {
+        let batch = |batch: usize| -> f64 {
+            weighted.iter().map(|&(point, weight)| weight * self.batch_mean(point, batch)).sum()
+        };
+        let sums: Vec<f64> = self.active().map(batch).collect();
+        let count = sums.len() as f64;
+        let mean = sums.iter().sum::<f64>() / count.max(1.0);
+        let scatter: f64 = sums.iter().map(|sum| (sum - mean).powi(2)).sum();
+        let free = count - 1.0;
+        scatter / (count * free).max(1.0) * if free > 2.0 { free / (free - 2.0) } else { 3.0 }
+    }
+
     /// Every point by itself: mean, and variance of the mean.
     pub fn plain(&self) -> Vec<Estimate<C>> {
         let points = 0..self.sums.len() / self.batches();

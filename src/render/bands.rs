@@ -12,7 +12,7 @@ use super::results::outlines;
 use super::{Keeping, Progress, Settings, Stages, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
-use crate::report::{IlluminanceMap, Results, areas};
+use crate::report::{Extremes, IlluminanceMap, Results, areas};
 use crate::scene::plan::Plan;
 use crate::scene::{MeasuringPlane, Scene};
 
@@ -213,7 +213,7 @@ impl Work<'_> {
         map.across = plane.across;
         map.cells = plane.cells;
         map.outlines = outlines(self.scene, plane);
-        map.areas = areas::figures(&plane.areas, &map);
+        map.areas = areas::figures(&plane.areas, &map, &[]);
         Ok(Some(map))
     }
 }
@@ -228,6 +228,7 @@ impl Results {
         run.photon_rays += part.photon_rays;
         run.gather_rays += part.gather_rays;
         run.passes = run.passes.max(part.passes);
+        run.claim = run.claim.max(part.claim);
         run.total_seconds += part.total_seconds;
         run.peak_memory = run.peak_memory.max(part.peak_memory);
         run.left_out = [0, 1].map(|index| run.left_out[index].max(part.left_out[index]));
@@ -270,6 +271,7 @@ impl IlluminanceMap {
 
     /// Puts the rows of another map behind these.
     fn append(&mut self, mut other: Self) {
+        self.extremes = join(self, &other);
         self.illuminance.append(&mut other.illuminance);
         self.standard_error.append(&mut other.standard_error);
         self.has_value.append(&mut other.has_value);
@@ -287,4 +289,16 @@ impl IlluminanceMap {
             }
         }
     }
+}
+
+/// What is known of two maps' extremes together. Their means err together: bands share their photons.
+fn join(a: &IlluminanceMap, b: &IlluminanceMap) -> Option<Extremes> {
+    let (one, other) = (a.extremes?, b.extremes?);
+    let cells = [a, b].map(|map| map.has_value.iter().filter(|has_value| **has_value).count() as f64);
+    let error = (one.mean_error * cells[0] + other.mean_error * cells[1]) / (cells[0] + cells[1]).max(1.0);
+    Some(Extremes {
+        mean_error: error,
+        min: if other.min.lux < one.min.lux { other.min } else { one.min },
+        max: if other.max.lux > one.max.lux { other.max } else { one.max },
+    })
 }

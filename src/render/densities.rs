@@ -201,7 +201,12 @@ impl<const C: usize> Rendering<'_, C> {
         let mut bounced = vec![Estimate::DARK; place.receiver.len()];
         let mut add = |found: Vec<Estimate<C>>| bounced.iter_mut().zip(found).for_each(|(sum, found)| sum.add(&found));
         add(self.smooth_light(place, passes));
-        add(self.sharp_light(place, passes));
+        let sharp = self.sharp_light(place, passes);
+        // What rays from the points do not find: on samples and about bodies photons may stand for all light.
+        if place.samples.is_some() || place.receiver.is_plane() {
+            place.rest.clone_from(&sharp);
+        }
+        add(sharp);
         let Place { has_value, smoother, samples, faint, groups, witness, contradiction, .. } = place;
         if let Some(samples) = samples {
             let mut windows = Vec::new();

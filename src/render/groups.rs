@@ -204,6 +204,7 @@ impl<const C: usize> Rendering<'_, C> {
                     .collect();
                 groups.bounced.iter_mut().zip(&counted).for_each(|(lux, counted)| *lux += counted);
                 groups.add_densities(passes);
+                groups.scale(&place.scaled);
                 this.progress.advance(1);
             }
         });
@@ -211,6 +212,16 @@ impl<const C: usize> Rendering<'_, C> {
 }
 
 impl PlaceGroups {
+    /// Multiplies the channels of some points, so that groups still add up where the whole was read again.
+    fn scale<const C: usize>(&mut self, scaled: &[(usize, [f64; C])]) {
+        for &(point, factors) in scaled {
+            let row = &mut self.bounced[point * self.width..][..self.width];
+            for (lux, factor) in row.iter_mut().zip(factors.iter().cycle()) {
+                *lux = (f64::from(*lux) * factor) as f32;
+            }
+        }
+    }
+
     /// Adds the densities that were chosen at each point; `passes` of them are in the sums.
     fn add_densities(&mut self, passes: f64) {
         let Self { width, variances, sharp, smooth, layout, sharp_scales, smooth_scales, bounced, variance, .. } = self;

@@ -125,7 +125,7 @@ impl Cell {
         }
         let scales = if plan.method == Method::Seed { 1 } else { SCALES.len() as u64 };
         if smooth_densities {
-            kept += scales * 16 * (channels + 1);
+            kept += scales * 16 * (channels + 1) + estimate;
             kept += if plan.method == Method::Seed { 0 } else { 264 };
         }
         if counted {

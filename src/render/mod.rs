@@ -2,6 +2,7 @@
 
 mod bands;
 mod densities;
+mod extremes;
 mod groups;
 mod keeping;
 pub mod memory;
@@ -35,7 +36,7 @@ use crate::photon::random::Seed;
 use crate::photon::trace::{BOUNCE_CAP, TallySum};
 use crate::photon::trial::Trial;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
-use crate::report::Results;
+use crate::report::{Extremes, Results};
 use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
 use crate::scene::{MeasuringPlane, PlaneKind, Scene};
@@ -301,8 +302,14 @@ struct Place<const C: usize> {
     contradiction: Option<Contradiction>,
     /// Light that has bounced, as far as the passes know.
     bounced: Vec<Estimate<C>>,
+    /// The part of it that rays from the points could not find: caustics. Empty where there are none.
+    rest: Vec<Estimate<C>>,
     /// The same by light group.
     groups: Option<groups::PlaceGroups>,
+    /// What is known of extremes and mean: of the whole, then of each area.
+    extremes: Vec<Extremes>,
+    /// By what the light that has bounced was multiplied where an extreme was read again: its groups are, too.
+    scaled: Vec<(usize, [f64; C])>,
 }
 
 /// Direct light of luminaires that are faint at a point.
@@ -469,6 +476,9 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 areas: Vec::new(),
                 density: self.empty_densities(&receiver),
                 bounced: dark,
+                rest: Vec::new(),
+                extremes: Vec::new(),
+                scaled: Vec::new(),
                 receiver,
             }
         };
@@ -594,6 +604,7 @@ const PURPOSE_VIEWS: u64 = 5;
 const PURPOSE_FAINT: u64 = 6;
 const PURPOSE_TRIAL: u64 = 7;
 const PURPOSE_BRIGHT: u64 = 8;
+const PURPOSE_EXTREMES: u64 = 9;
 
 /// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
 const MOST_ENDLESS: f64 = 0.02;

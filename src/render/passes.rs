@@ -8,8 +8,8 @@ use super::results::Cell;
 use super::team::Word;
 use super::views::{Batch, View};
 use super::{
-    FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT, PURPOSE_VIEWS,
-    Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    Faint, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT,
+    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -23,7 +23,7 @@ use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
+use crate::photon::random::{Seed, Stream};
 use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::NearestPhotons;
 use crate::report::CameraImage;
@@ -83,6 +83,9 @@ impl<const C: usize> Rendering<'_, C> {
             if word.over {
                 if schedule.closed {
                     self.save(places, views, &schedule, keeping);
+                }
+                if keeping.team.rank() == 0 && self.plan.bounces {
+                    self.read_extremes(engine, places);
                 }
                 return Ok(());
             }
@@ -401,19 +404,11 @@ impl<const C: usize> Rendering<'_, C> {
             let seed = Seed(self.settings.seed).branch(PURPOSE_FAINT).branch(index as u64).branch(round);
             let rays = AtomicU64::new(0);
             samples.add(round, count, |point| {
-                let (mut sum, mut cast) = ([0.0; C], 0);
                 if !has_value[point] {
-                    return sum;
+                    return [0.0; C];
                 }
-                let (start, normal) = (receiver.start(point), receiver.normal_at(point));
-                let mut stream = seed.stream(point as u64);
-                let shift = stream.uniform();
-                for ray in 0..count {
-                    let share = ((ray as f32 + shift) / count as f32).min(0.999_999_9);
-                    let (found, rays) = luminaires.sample(point, share, start, normal, sight.caster(), &mut stream);
-                    (0..C).for_each(|c| sum[c] += found[c]);
-                    cast += rays;
-                }
+                let stream = &mut seed.stream(point as u64);
+                let (sum, cast) = faint_light(luminaires, receiver, point, count, sight.caster(), stream);
                 rays.fetch_add(cast, Ordering::Relaxed);
                 sum
             });
@@ -423,22 +418,43 @@ impl<const C: usize> Rendering<'_, C> {
     }
 }
 
-/// One round's rays from the points of a receiver.
-struct Look<'a, const C: usize> {
-    sight: &'a Sight<'a, C>,
-    records: Option<Records<'a, C>>,
-    receiver: &'a Receiver,
-    has_value: &'a [bool],
-    seed: Seed,
-    /// Rays from each point.
+/// What `count` rays to the faint luminaires of a point find, their sum, and the rays that took.
+pub(super) fn faint_light<const C: usize>(
+    luminaires: &Faint<C>,
+    receiver: &Receiver,
+    point: usize,
     count: u64,
+    caster: &RayCaster,
+    stream: &mut Stream,
+) -> ([f64; C], u64) {
+    let (mut sum, mut cast) = ([0.0; C], 0);
+    let (start, normal) = (receiver.start(point), receiver.normal_at(point));
+    let shift = stream.uniform();
+    for ray in 0..count {
+        let share = ((ray as f32 + shift) / count as f32).min(0.999_999_9);
+        let (found, rays) = luminaires.sample(point, share, start, normal, caster, stream);
+        (0..C).for_each(|c| sum[c] += found[c]);
+        cast += rays;
+    }
+    (sum, cast)
+}
+
+/// One round's rays from the points of a receiver.
+pub(super) struct Look<'a, const C: usize> {
+    pub(super) sight: &'a Sight<'a, C>,
+    pub(super) records: Option<Records<'a, C>>,
+    pub(super) receiver: &'a Receiver,
+    pub(super) has_value: &'a [bool],
+    pub(super) seed: Seed,
+    /// Rays from each point.
+    pub(super) count: u64,
     /// Rays cast, those onward from where they end included.
-    rays: AtomicU64,
+    pub(super) rays: AtomicU64,
 }
 
 impl<const C: usize> Look<'_, C> {
     /// Sum of what the rays from a point find, lx; `origins` hears where it comes from.
-    fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
+    pub(super) fn from(&self, point: usize, origins: &mut impl Origins<C>) -> [f64; C] {
         let mut sum = [0.0; C];
         if !self.has_value[point] {
             return sum;
@@ -459,7 +475,7 @@ impl<const C: usize> Look<'_, C> {
 
 /// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
 /// map.
-fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
+pub(super) fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
     let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
         let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);
         for point in points.filter(|&point| place.has_value[point]) {
@@ -480,12 +496,12 @@ fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> C
 }
 
 /// What a run keeps from pass to pass.
-struct Engine<'a, const C: usize> {
-    caster: &'a RayCaster,
+pub(super) struct Engine<'a, const C: usize> {
+    pub(super) caster: &'a RayCaster,
     /// Of all surfaces that are near, m².
     area: f64,
     tracer: Option<Tracer<'a, C>>,
-    sight: Option<Sight<'a, C>>,
+    pub(super) sight: Option<Sight<'a, C>>,
     grid: Option<PatchGrid>,
     /// What photons are counted for at each receiver.
     watched: Vec<Watched<'a>>,

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::passes::worst_of;
 use super::{Place, Rendering};
 use crate::embree::RELATIVE_OFFSET;
 use crate::gather::density::Estimate;
@@ -249,6 +250,7 @@ impl<const C: usize> Rendering<'_, C> {
             luminaires: scene.luminaires.len(),
             groups: self.group_names().to_vec(),
             maintenance_factor: scene.maintenance_factor,
+            claim: worst_of(places, Cell::of),
             warnings: self.warnings.clone(),
         };
         Results { run, maps, sensors: readings, surfaces, images }
@@ -276,9 +278,10 @@ impl<const C: usize> Rendering<'_, C> {
             standing: place.standing.clone(),
             outlines: outlines(self.scene, plane),
             groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
+            extremes: place.extremes.first().copied(),
             areas: Vec::new(),
         };
-        map.areas = areas::figures(&plane.areas, &map);
+        map.areas = areas::figures(&plane.areas, &map, place.extremes.get(1..).unwrap_or(&[]));
         map
     }
 
@@ -294,6 +297,7 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
             has_value: place.has_value.clone(),
             standing: place.standing.clone(),
+            extremes: place.extremes.first().copied(),
         }
     }
 

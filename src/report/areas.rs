@@ -2,7 +2,7 @@
 //! backgrounds, and the plane without the band along its rim.
 
 use crate::report::statistics::of_cells;
-use crate::report::{IlluminanceMap, Statistics};
+use crate::report::{Extremes, IlluminanceMap, Statistics, Verdict};
 use crate::scene::MeasuringPlane;
 use crate::scene::areas::{Areas, Required, holds};
 
@@ -45,12 +45,21 @@ pub struct AreaFigures {
 }
 
 impl AreaFigures {
-    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it.
-    pub fn meets_required(&self) -> Option<bool> {
+    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it. `claim` is
+    /// that of the run.
+    pub fn verdict(&self, claim: f64) -> Option<Verdict> {
         let Required { mean, uniformity } = self.required;
-        let reaches = |least: Option<f64>, found: f64| least.is_none_or(|least| found >= least);
-        (!self.required.is_empty()).then(|| {
-            self.figures.cells > 0 && reaches(mean, self.figures.mean.0) && reaches(uniformity, self.figures.uniformity)
+        let Statistics { errors, .. } = self.figures;
+        let judged = |least: Option<f64>, found: f64, error: f64| {
+            least.map_or(Verdict::Met, |least| Verdict::of(found, error, least, claim))
+        };
+        (!self.required.is_empty()).then(|| match self.figures.cells {
+            0 => Verdict::Missed,
+            _ => judged(mean, self.figures.mean.0, errors.mean.0).and(judged(
+                uniformity,
+                self.figures.uniformity,
+                errors.uniformity,
+            )),
         })
     }
 
@@ -83,40 +92,59 @@ impl Rectangle {
     }
 }
 
-/// Figures of every area of a plane, in its order: within the margin, then each task with its bands. Surrounding and
-/// background end at the margin; a band without any cell in it is left out.
-pub fn figures(areas: &Areas, map: &IlluminanceMap) -> Vec<AreaFigures> {
+/// A part of a plane that has figures of its own.
+pub(crate) struct Part {
+    name: String,
+    kind: AreaKind,
+    required: Required,
+    /// The cells whose centres lie in it, in order.
+    pub(crate) cells: Vec<usize>,
+}
+
+/// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its bands.
+/// Surrounding and background end at the margin; a band without any cell in it is left out.
+pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<Part> {
     if areas.is_empty() {
         return Vec::new();
     }
-    let sides = [map.along.length(), map.across.length()];
     let centre = |cell: usize| {
-        let at = [cell % map.cells[0], cell / map.cells[0]];
-        [0, 1].map(|axis| sides[axis] * (at[axis] as f64 + 0.5) / map.cells[axis] as f64)
+        let at = [cell % cells[0], cell / cells[0]];
+        [0, 1].map(|axis| sides[axis] * (at[axis] as f64 + 0.5) / cells[axis] as f64)
     };
-    let figures = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| AreaFigures {
+    let part = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| Part {
         name: name.to_owned(),
         kind,
-        figures: of_cells(map, |cell| belongs(centre(cell))),
         required,
+        cells: (0..cells[0] * cells[1]).filter(|&cell| belongs(centre(cell))).collect(),
     };
     let inner = Rectangle([[0.0; 2], sides]).widened(-areas.margin);
-    let mut found = vec![figures(&map.name, AreaKind::WithinMargin, areas.required, &|at| inner.holds(at))];
+    let mut found = vec![part(name, AreaKind::WithinMargin, areas.required, &|at| inner.holds(at))];
     for task in &areas.tasks {
         let area = Rectangle([task.corner, [0, 1].map(|axis| task.corner[axis] + task.size[axis])]);
         let near = area.widened(task.surrounding.width);
         let far = near.widened(task.background.width);
         let in_near = |at| near.holds(at) && !area.holds(at) && inner.holds(at);
         let in_far = |at| far.holds(at) && !near.holds(at) && inner.holds(at);
-        found.push(figures(&task.name, AreaKind::Task, task.required, &|at| area.holds(at)));
+        found.push(part(&task.name, AreaKind::Task, task.required, &|at| area.holds(at)));
         let bands = [
-            figures(&task.name, AreaKind::Surrounding, task.surrounding.required, &in_near),
-            figures(&task.name, AreaKind::Background, task.background.required, &in_far),
+            part(&task.name, AreaKind::Surrounding, task.surrounding.required, &in_near),
+            part(&task.name, AreaKind::Background, task.background.required, &in_far),
         ];
-        let has_cells = |area: &AreaFigures| area.figures.cells + area.figures.cells_without_value > 0;
-        found.extend(bands.into_iter().filter(has_cells));
+        found.extend(bands.into_iter().filter(|band| !band.cells.is_empty()));
     }
     found
+}
+
+/// Figures of every area of a plane; `known` of each in turn, or of none.
+pub fn figures(areas: &Areas, map: &IlluminanceMap, known: &[Extremes]) -> Vec<AreaFigures> {
+    let parts = parts(areas, &map.name, [map.along.length(), map.across.length()], map.cells);
+    let of_part = |(index, part): (usize, Part)| AreaFigures {
+        figures: of_cells(map, part.cells.into_iter(), known.get(index)),
+        name: part.name,
+        kind: part.kind,
+        required: part.required,
+    };
+    parts.into_iter().enumerate().map(of_part).collect()
 }
 
 /// Largest cell that EN 12464-1 (4.4) allows on an area of these sides, m: p = 0.2 · 5^(lg d), at most 10 m. d is the longer
@@ -172,6 +200,7 @@ mod tests {
             illuminance: values,
             outlines: Vec::new(),
             groups: vec![],
+            extremes: None,
             areas: Vec::new(),
         }
     }
@@ -193,7 +222,7 @@ mod tests {
     /// columns 1…4, rows 1…3; margin leaves columns 1…6 and rows 1…4, and the background what of that lies beyond.
     #[test]
     fn areas_hold_the_cells_counted_by_hand() {
-        let found = figures(&areas(), &map());
+        let found = figures(&areas(), &map(), &[]);
         let kinds: Vec<AreaKind> = found.iter().map(|area| area.kind).collect();
         assert_eq!(kinds, [AreaKind::WithinMargin, AreaKind::Task, AreaKind::Surrounding, AreaKind::Background]);
         let cells: Vec<_> = found.iter().map(|area| (area.figures.cells, area.figures.cells_without_value)).collect();
@@ -202,8 +231,8 @@ mod tests {
         assert_eq!(bounds, [(11.0, 46.0), (22.0, 22.0), (11.0, 34.0), (15.0, 46.0)]);
         // Ring: rows 1 and 3, columns 1…4 (means 12.5 and 32.5), and columns 1 and 4 of row 2 (21 and 24).
         assert!((found[2].figures.mean.0 - (4.0 * 12.5 + 4.0 * 32.5 + 21.0 + 24.0) / 10.0).abs() < 1e-12);
-        assert_eq!(found[1].meets_required(), Some(true));
-        assert_eq!(found[0].meets_required(), None);
+        assert_eq!(found[1].verdict(0.0), Some(Verdict::Met));
+        assert_eq!(found[0].verdict(0.0), None);
     }
 
     #[test]
@@ -213,7 +242,7 @@ mod tests {
             areas.tasks[0].required = Required { mean: Some(mean), uniformity: Some(uniformity) };
             let mut map = map();
             map.has_value[2 * 8 + 2] = has_value;
-            figures(&areas, &map)[1].meets_required()
+            figures(&areas, &map, &[])[1].verdict(0.0).and_then(Verdict::met)
         };
         assert_eq!(judged(22.0, 1.0, true), Some(true));
         assert_eq!(judged(22.1, 0.5, true), Some(false));

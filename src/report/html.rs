@@ -5,10 +5,10 @@ use std::fmt::Display;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use crate::report::number::{count, duration, fine_percent, long, percent, short};
+use crate::report::number::{count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
 use crate::report::table::{self, maintained, method};
 use crate::report::{
-    AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics, without,
+    AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, Verdict, statistics, without,
 };
 use crate::units::Lumens;
 
@@ -20,8 +20,12 @@ const STYLE: &str = include_str!("report.css");
 pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let run = &results.run;
     let title = escape(&run.scene);
-    let planes: String =
-        results.maps.iter().enumerate().map(|(i, map)| plane(map, pictures.get(i).map(Vec::as_slice))).collect();
+    let planes: String = results
+        .maps
+        .iter()
+        .enumerate()
+        .map(|(i, map)| plane(map, run.claim, pictures.get(i).map(Vec::as_slice)))
+        .collect();
     let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
     let parts = [
         format!("<header>\n<h1>{title}</h1>\n<p>{}{}</p>\n</header>\n", escape(&method(run)), maintained(run)),
@@ -74,7 +78,12 @@ fn overview(results: &Results) -> String {
     let head = ["Plane", "Ē, lx", "E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
     let rows = results.maps.iter().map(|map| {
         let found = statistics(map);
-        let figures = [short(found.mean.0), short(found.min.0), short(found.max.0), format!("{:.2}", found.uniformity)];
+        let figures = [
+            with_error(found.mean.0, found.errors.mean.0),
+            with_error(found.min.0, found.errors.min.0),
+            with_error(found.max.0, found.errors.max.0),
+            ratio_with_error(found.uniformity, found.errors.uniformity),
+        ];
         let name = escape(&map.name);
         let [mean, min, max, uniformity] =
             if found.cells > 0 { figures } else { std::array::from_fn(|_| "–".into()) };
@@ -84,7 +93,7 @@ fn overview(results: &Results) -> String {
 }
 
 /// Picture and figures of a plane.
-fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
+fn plane(map: &IlluminanceMap, claim: f64, picture: Option<&[u8]>) -> String {
     let name = escape(&map.name);
     let image = picture.map_or_else(String::new, |png| {
         let alt = format!("Illuminance on {name} in false colours, with isolux lines");
@@ -92,24 +101,27 @@ fn plane(map: &IlluminanceMap, picture: Option<&[u8]>) -> String {
     });
     section(
         &format!("Plane “{name}”"),
-        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map)),
+        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map, claim)),
     )
 }
 
 /// Areas of a plane that have figures of their own.
-fn areas(map: &IlluminanceMap) -> String {
+fn areas(map: &IlluminanceMap, claim: f64) -> String {
     if map.areas.is_empty() {
         return String::new();
     }
     let [min, max, u0, ud] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>", "U<sub>d</sub>"];
-    table(["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""], map.areas.iter().map(area))
+    table(
+        ["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""],
+        map.areas.iter().map(|figures| area(figures, claim)),
+    )
 }
 
 /// An area's line.
-fn area(area: &AreaFigures) -> [String; 9] {
-    let [title, rest @ .., _] = table::area(area);
+fn area(area: &AreaFigures, claim: f64) -> [String; 9] {
+    let [title, rest @ .., _] = table::area(area, claim);
     let [mean, min, max, uniformity, diversity, cells, required] = rest;
-    [escape(&title), mean, min, max, uniformity, diversity, cells, required, verdict(area.meets_required())]
+    [escape(&title), mean, min, max, uniformity, diversity, cells, required, verdict(area.verdict(claim))]
 }
 
 /// All measured surfaces in one table.
@@ -129,10 +141,10 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
     let known = |text: String| if found.samples > 0 { text } else { "–".into() };
     [
         escape(&map.name),
-        known(short(found.mean.0)),
-        known(short(found.min.0)),
-        known(short(found.max.0)),
-        known(format!("{:.2}", found.uniformity)),
+        known(with_error(found.mean.0, found.errors.mean.0)),
+        known(with_error(found.min.0, found.errors.min.0)),
+        known(with_error(found.max.0, found.errors.max.0)),
+        known(ratio_with_error(found.uniformity, found.errors.uniformity)),
         known(short(found.mean_standard_error.0)),
         known(short(found.area)),
         known(short(found.flux.0)),
@@ -141,10 +153,11 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
 }
 
 /// Whether something required is reached.
-fn verdict(met: Option<bool>) -> String {
-    match met {
-        Some(true) => "<span class=\"met\">✓ met</span>".into(),
-        Some(false) => "<span class=\"missed\">✗ missed</span>".into(),
+fn verdict(verdict: Option<Verdict>) -> String {
+    match verdict {
+        Some(Verdict::Met) => "<span class=\"met\">✓ met</span>".into(),
+        Some(Verdict::Missed) => "<span class=\"missed\">✗ missed</span>".into(),
+        Some(undecided) => format!("<span class=\"missed\">? {undecided}</span>"),
         None => String::new(),
     }
 }
@@ -191,14 +204,18 @@ fn figures(map: &IlluminanceMap) -> String {
         return definitions(place) + "<p>No light can arrive anywhere on this plane.</p>\n";
     }
     let lux = |value: f64| format!("{} lx", short(value));
+    let read = |value: f64, error: f64| format!("{} lx", with_error(value, error));
     let noise = format!("{} ({} %)", lux(found.mean_standard_error.0), percent(found.relative_error()));
     let light = [
-        ("Mean Ē", lux(found.mean.0)),
-        ("Minimum E<sub>min</sub>", lux(found.min.0)),
-        ("Maximum E<sub>max</sub>", lux(found.max.0)),
+        ("Mean Ē", read(found.mean.0, found.errors.mean.0)),
+        ("Minimum E<sub>min</sub>", read(found.min.0, found.errors.min.0)),
+        ("Maximum E<sub>max</sub>", read(found.max.0, found.errors.max.0)),
         ("Median", lux(found.median.0)),
-        ("Uniformity U<sub>0</sub> = E<sub>min</sub> / Ē", format!("{:.2}", found.uniformity)),
-        ("Diversity U<sub>d</sub> = E<sub>min</sub> / E<sub>max</sub>", format!("{:.2}", found.diversity)),
+        ("Uniformity U<sub>0</sub> = E<sub>min</sub> / Ē", ratio_with_error(found.uniformity, found.errors.uniformity)),
+        (
+            "Diversity U<sub>d</sub> = E<sub>min</sub> / E<sub>max</sub>",
+            ratio_with_error(found.diversity, found.errors.diversity),
+        ),
         ("Standard error of a cell, mean", noise),
         ("Standard error of a cell, largest", lux(found.largest_standard_error.0)),
     ];
@@ -211,11 +228,11 @@ fn sensors(results: &Results) -> String {
         return String::new();
     }
     let head = ["Sensor", "Position, m", "E, lx", "Standard error, lx", "Target, lx", ""];
-    section("Sensors", &table(head, results.sensors.iter().map(sensor)))
+    section("Sensors", &table(head, results.sensors.iter().map(|reading| sensor(reading, results.run.claim))))
 }
 
 /// A sensor's line.
-fn sensor(sensor: &SensorReading) -> [String; 6] {
+fn sensor(sensor: &SensorReading, claim: f64) -> [String; 6] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     let at = sensor.position;
     [
@@ -224,7 +241,10 @@ fn sensor(sensor: &SensorReading) -> [String; 6] {
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
-        verdict(sensor.meets_target()),
+        sensor.judged(claim).map_or_else(String::new, |words| {
+            let [class, mark] = if sensor.meets_target() == Some(true) { ["met", "✓"] } else { ["missed", "✗"] };
+            format!("<span class=\"{class}\">{mark} {words}</span>")
+        }),
     ]
 }
 

@@ -112,6 +112,7 @@ impl CameraImage {
             illuminance: order().map(|pixel| self.illuminance.photometric(pixel) / covered(pixel)).collect(),
             rgb: None,
             groups: Vec::new(),
+            extremes: None,
             areas: Vec::new(),
             direct: None,
             standard_error: order().map(|pixel| f64::from(self.standard_error[pixel]) / covered(pixel)).collect(),

@@ -8,11 +8,13 @@
 //!   where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed body,
 //!   `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
 //!   told apart; `areas` where the scene asks for some: `name`, `kind`, figures as above, `required_mean_lx` and `required_u0`
-//!   (null where nothing is required), `required_met`;
+//!   (null where nothing is required), `required_met` (null where that isn't decided, too), `required_verdict` (in words);
+//!   keys with `error` are standard errors (1 σ) of the figures;
 //! - `surfaces`: `name`, `spacing_m`, `samples_with_value`, `samples_without_value`, `area_m2`, `flux_lm` (Σ E A), and
 //!   figures weighed by area, null where no sample has a value; `without_value` as above;
 //! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive; `no_value_because` says why), `target_lx`, `target_met` (null without a target); `rgb_lx` in coloured scenes; `groups`: `name`,
+//!   arrive; `no_value_because` says why), `target_lx`, `target_met` (whether it reads as much; null without a
+//!   target), `target_verdict` (in words, with what the error leaves open); `rgb_lx` in coloured scenes; `groups`: `name`,
 //!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
 //! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
 //!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
@@ -26,7 +28,7 @@ use serde::Serialize;
 use crate::gather::reach::Standing;
 use crate::report::{
     AreaFigures, CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading,
-    Statistics, SurfaceMap, statistics, without,
+    Statistics, SurfaceMap, Verdict, statistics, without,
 };
 
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
@@ -83,12 +85,17 @@ struct Plane<'a> {
     mean_lx: Option<f64>,
     min_lx: Option<f64>,
     max_lx: Option<f64>,
+    mean_error_lx: Option<f64>,
+    min_error_lx: Option<f64>,
+    max_error_lx: Option<f64>,
     median_lx: Option<f64>,
     deviation_lx: Option<f64>,
     mean_standard_error_lx: Option<f64>,
     largest_standard_error_lx: Option<f64>,
     uniformity_u0: Option<f64>,
     diversity_ud: Option<f64>,
+    uniformity_error: Option<f64>,
+    diversity_error: Option<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     areas: Vec<Area<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -126,11 +133,17 @@ struct Area<'a> {
     mean_lx: Option<f64>,
     min_lx: Option<f64>,
     max_lx: Option<f64>,
+    mean_error_lx: Option<f64>,
+    min_error_lx: Option<f64>,
+    max_error_lx: Option<f64>,
     uniformity_u0: Option<f64>,
     diversity_ud: Option<f64>,
+    uniformity_error: Option<f64>,
+    diversity_error: Option<f64>,
     required_mean_lx: Option<f64>,
     required_u0: Option<f64>,
     required_met: Option<bool>,
+    required_verdict: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -145,10 +158,15 @@ struct Surface<'a> {
     mean_lx: Option<f64>,
     min_lx: Option<f64>,
     max_lx: Option<f64>,
+    mean_error_lx: Option<f64>,
+    min_error_lx: Option<f64>,
+    max_error_lx: Option<f64>,
     mean_standard_error_lx: Option<f64>,
     largest_standard_error_lx: Option<f64>,
     uniformity_u0: Option<f64>,
     diversity_ud: Option<f64>,
+    uniformity_error: Option<f64>,
+    diversity_error: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -163,6 +181,7 @@ struct Sensor<'a> {
     no_value_because: Option<&'static str>,
     target_lx: Option<f64>,
     target_met: Option<bool>,
+    target_verdict: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rgb_lx: Option<[f64; 3]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -228,9 +247,9 @@ impl<'a> Summary<'a> {
             triangles: run.triangles,
             luminaires: run.luminaires,
             maintenance_factor: run.maintenance_factor,
-            planes: results.maps.iter().map(|map| Plane::new(map, &run.groups)).collect(),
+            planes: results.maps.iter().map(|map| Plane::new(map, run)).collect(),
             surfaces: results.surfaces.iter().map(Surface::new).collect(),
-            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, &run.groups)).collect(),
+            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, run)).collect(),
             cameras: results.images.iter().map(Camera::new).collect(),
             flux: Flux::new(&run.flux),
             stages: stages(run),
@@ -243,7 +262,7 @@ impl<'a> Summary<'a> {
 }
 
 impl<'a> Plane<'a> {
-    fn new(map: &'a IlluminanceMap, groups: &'a [String]) -> Self {
+    fn new(map: &'a IlluminanceMap, run: &'a Run) -> Self {
         let found = statistics(map);
         let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
         let group = |(group, name): (&GroupMap, &'a String)| {
@@ -263,20 +282,25 @@ impl<'a> Plane<'a> {
             mean_lx: known(|s| s.mean.0),
             min_lx: known(|s| s.min.0),
             max_lx: known(|s| s.max.0),
+            mean_error_lx: known(|s| s.errors.mean.0),
+            min_error_lx: known(|s| s.errors.min.0),
+            max_error_lx: known(|s| s.errors.max.0),
             median_lx: known(|s| s.median.0),
             deviation_lx: known(|s| s.deviation.0),
             mean_standard_error_lx: known(|s| s.mean_standard_error.0),
             largest_standard_error_lx: known(|s| s.largest_standard_error.0),
             uniformity_u0: known(|s| s.uniformity),
             diversity_ud: known(|s| s.diversity),
-            groups: map.groups.iter().zip(groups).map(group).collect(),
-            areas: map.areas.iter().map(Area::new).collect(),
+            uniformity_error: known(|s| s.errors.uniformity),
+            diversity_error: known(|s| s.errors.diversity),
+            groups: map.groups.iter().zip(&run.groups).map(group).collect(),
+            areas: map.areas.iter().map(|area| Area::new(area, run.claim)).collect(),
         }
     }
 }
 
 impl<'a> Area<'a> {
-    fn new(area: &'a AreaFigures) -> Self {
+    fn new(area: &'a AreaFigures, claim: f64) -> Self {
         let found = &area.figures;
         let known = |figure: f64| (found.cells > 0).then_some(figure);
         Self {
@@ -287,11 +311,17 @@ impl<'a> Area<'a> {
             mean_lx: known(found.mean.0),
             min_lx: known(found.min.0),
             max_lx: known(found.max.0),
+            mean_error_lx: known(found.errors.mean.0),
+            min_error_lx: known(found.errors.min.0),
+            max_error_lx: known(found.errors.max.0),
             uniformity_u0: known(found.uniformity),
             diversity_ud: known(found.diversity),
+            uniformity_error: known(found.errors.uniformity),
+            diversity_error: known(found.errors.diversity),
             required_mean_lx: area.required.mean,
             required_u0: area.required.uniformity,
-            required_met: area.meets_required(),
+            required_met: area.verdict(claim).and_then(Verdict::met),
+            required_verdict: area.verdict(claim).map(|verdict| verdict.to_string()),
         }
     }
 }
@@ -311,16 +341,21 @@ impl<'a> Surface<'a> {
             mean_lx: known(found.mean.0),
             min_lx: known(found.min.0),
             max_lx: known(found.max.0),
+            mean_error_lx: known(found.errors.mean.0),
+            min_error_lx: known(found.errors.min.0),
+            max_error_lx: known(found.errors.max.0),
             mean_standard_error_lx: known(found.mean_standard_error.0),
             largest_standard_error_lx: known(found.largest_standard_error.0),
             uniformity_u0: known(found.uniformity),
             diversity_ud: known(found.diversity),
+            uniformity_error: known(found.errors.uniformity),
+            diversity_error: known(found.errors.diversity),
         }
     }
 }
 
 impl<'a> Sensor<'a> {
-    fn new(sensor: &'a SensorReading, groups: &'a [String]) -> Self {
+    fn new(sensor: &'a SensorReading, run: &'a Run) -> Self {
         let group = |(group, name): (&GroupReading, &'a String)| SensorGroup {
             name,
             illuminance_lx: sensor.has_value.then_some(group.illuminance),
@@ -336,8 +371,9 @@ impl<'a> Sensor<'a> {
             no_value_because: (!sensor.has_value).then(|| sensor.standing.reason()),
             target_lx: sensor.target,
             target_met: sensor.meets_target(),
+            target_verdict: sensor.judged(run.claim),
             rgb_lx: sensor.rgb.filter(|_| sensor.has_value),
-            groups: sensor.groups.iter().zip(groups).map(group).collect(),
+            groups: sensor.groups.iter().zip(&run.groups).map(group).collect(),
         }
     }
 }

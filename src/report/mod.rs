@@ -26,6 +26,7 @@ pub mod statistics;
 pub mod surface;
 pub mod table;
 pub mod trees;
+pub mod verdict;
 pub mod without;
 
 use std::io::Write as _;
@@ -43,8 +44,9 @@ pub use areas::AreaFigures;
 pub use exr::ExtraLayers;
 pub use file::{Claim, stems, stems_with_cameras};
 pub use image::{CameraImage, Layer};
-pub use statistics::{Statistics, statistics};
+pub use statistics::{Errors, Extremes, Reading, Statistics, statistics};
 pub use surface::SurfaceMap;
+pub use verdict::Verdict;
 
 /// Everything a run found, ready to be written.
 #[derive(Clone, Debug)]
@@ -88,6 +90,8 @@ pub struct IlluminanceMap {
     pub standing: Vec<Standing>,
     /// Outlines of the luminaires in plane coordinates (m along, m across), closed polygons.
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// What is known of its mean and extremes beyond the cells.
+    pub extremes: Option<Extremes>,
     /// Figures of parts of the plane, where the scene asks for some.
     pub areas: Vec<AreaFigures>,
     /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up to
@@ -191,6 +195,9 @@ pub struct Run {
     pub groups: Vec<String>,
     /// Smallest and largest maintenance factor in the luminaires' flux; `None` where the scene gives none.
     pub maintenance_factor: Option<[f64; 2]>,
+    /// Standard error of the cells of the worst map, or of the worst sensor where there is no map, as a part of its mean: what
+    /// `--error` bounds.
+    pub claim: f64,
     /// What the user ought to know.
     pub warnings: Vec<String>,
 }
@@ -382,18 +389,37 @@ impl Results {
         self.sensors.iter().find(|reading| reading.name == name)
     }
 
-    /// Whether a sensor misses its target, or an area what is required of it.
+    /// Whether a sensor reads less than its target, or an area does not surely have what is required of it.
     pub fn misses_target(&self) -> bool {
-        let areas = self.maps.iter().flat_map(|map| &map.areas);
-        self.sensors.iter().any(|sensor| sensor.meets_target() == Some(false))
-            || areas.into_iter().any(|area| area.meets_required() == Some(false))
+        let claim = self.run.claim;
+        let mut areas = self.maps.iter().flat_map(|map| &map.areas).filter_map(|area| area.verdict(claim));
+        let mut sensors = self.sensors.iter().filter_map(SensorReading::meets_target);
+        areas.any(|verdict| verdict != Verdict::Met) || sensors.any(|met| !met)
     }
 }
 
 impl SensorReading {
-    /// Whether E and daylight reach the target; `None` without a target. A sensor where no light can arrive misses it.
+    /// Whether E and daylight read as much as the target; `None` without a target. A sensor where no light can arrive misses it.
     pub fn meets_target(&self) -> Option<bool> {
         self.target.map(|target| self.has_value && met::reaches(self.illuminance + self.daylight, target))
+    }
+
+    /// The same in words, with what the error leaves open; `claim` is that of the run.
+    pub(crate) fn judged(&self, claim: f64) -> Option<String> {
+        let (reads, verdict) = self.meets_target().zip(self.verdict(claim))?;
+        let reads = if reads { "met" } else { "missed" };
+        Some(match verdict {
+            Verdict::Undecided { .. } => format!("{reads}; {verdict}"),
+            _ => reads.to_owned(),
+        })
+    }
+
+    /// Whether E and daylight surely reach the target; `None` without a target. `claim` is that of the run.
+    pub fn verdict(&self, claim: f64) -> Option<Verdict> {
+        self.target.map(|target| match self.has_value {
+            true => Verdict::of(self.illuminance + self.daylight, self.standard_error, target, claim),
+            false => Verdict::Missed,
+        })
     }
 
     /// Its name, with what it measures if that isn't a flat cell.

@@ -5,6 +5,24 @@ pub(crate) fn short(value: f64) -> String {
     plain_or_scientific(round_to(value, 4), 4)
 }
 
+/// A number with its standard error, to two digits of that: `43.70 ± 0.62`; by itself where the error is nothing beside it.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    if error <= 1e-5 * value.abs() || !error.is_finite() {
+        return short(value);
+    }
+    digits_of_error(value, error)
+}
+
+/// A ratio from 0 to 1 with its standard error; to a hundredth where there is none.
+pub(crate) fn ratio_with_error(value: f64, error: f64) -> String {
+    if error <= 1e-5 || !error.is_finite() { format!("{value:.2}") } else { digits_of_error(value, error) }
+}
+
+fn digits_of_error(value: f64, error: f64) -> String {
+    let decimals = (1 - error.log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
 /// A number of a balance, where small losses must show: seven significant digits.
 pub(crate) fn long(value: f64) -> String {
     plain_or_scientific(round_to(value, 7), 7)
@@ -65,6 +83,12 @@ pub(crate) fn round_to(value: f64, digits: i32) -> f64 {
         -22..0 => (value / 10f64.powi(-shift)).round() * 10f64.powi(-shift),
         _ => value, // powers of ten beyond 10²² aren't exact
     }
+}
+
+/// Rounded to so many significant digits, towards 0.
+pub(crate) fn round_down_to(value: f64, digits: i32) -> f64 {
+    let rounded = round_to(value, digits);
+    if rounded.abs() <= value.abs() { rounded } else { round_to(value - (rounded - value).abs(), digits) }
 }
 
 /// Shortest digits that read back as `value`; `1.2e9` beyond the range a person reads easily.

@@ -5,8 +5,9 @@ use std::io::{self, Write};
 use glam::DVec3;
 
 use crate::gather::reach::Standing;
-use crate::report::invalid;
 use crate::report::number::round_to;
+use crate::report::statistics::as_read;
+use crate::report::{Errors, Extremes, invalid};
 use crate::units::{Lumens, Lux};
 
 /// Illuminance over one measured surface, sample by sample; world coordinates.
@@ -28,6 +29,8 @@ pub struct SurfaceMap {
     pub has_value: Vec<bool>,
     /// Why each sample has a value, or none; empty where that is not known.
     pub standing: Vec<Standing>,
+    /// What is known of its mean and extremes beyond the samples.
+    pub extremes: Option<Extremes>,
 }
 
 /// Figures of a measured surface, over the samples that have a value, each by its area; zeros where none has.
@@ -55,6 +58,8 @@ pub struct SurfaceFigures {
     pub mean_standard_error: Lux,
     /// Largest of them.
     pub largest_standard_error: Lux,
+    /// Standard errors (1 σ) of Ē, E_min, E_max, U₀ and U_d.
+    pub errors: Errors,
 }
 
 impl SurfaceMap {
@@ -70,7 +75,8 @@ impl SurfaceMap {
 
     /// The surface's figures.
     pub fn figures(&self) -> SurfaceFigures {
-        let mut found = SurfaceFigures { min: Lux(f64::INFINITY), ..SurfaceFigures::default() };
+        let mut found = SurfaceFigures::default();
+        let (mut values, mut own_errors) = (Vec::new(), Vec::new());
         let mut errors = 0.0;
         for sample in (0..self.corners.len()).filter(|&sample| self.has_value[sample]) {
             let (area, lux, error) = (self.area(sample), self.illuminance[sample], self.standard_error[sample]);
@@ -78,8 +84,8 @@ impl SurfaceMap {
             found.area += area;
             found.flux.0 += lux * area;
             errors += error * area;
-            found.min.0 = found.min.0.min(lux);
-            found.max.0 = found.max.0.max(lux);
+            values.push(lux);
+            own_errors.push(error);
             found.largest_standard_error.0 = found.largest_standard_error.0.max(error);
         }
         found.samples_without_value = self.corners.len() - found.samples;
@@ -89,6 +95,10 @@ impl SurfaceMap {
         let ratio = |part: f64, whole: f64| if whole == 0.0 { 0.0 } else { part / whole };
         found.mean = Lux(found.flux.0 / found.area);
         found.mean_standard_error = Lux(errors / found.area);
+        let known = Extremes { mean_error: found.mean_standard_error.0, ..as_read(&values, &own_errors) };
+        let known = self.extremes.unwrap_or(known);
+        (found.min, found.max) = (Lux(known.min.lux), Lux(known.max.lux));
+        found.errors = Errors::of(found.mean.0, &known);
         found.uniformity = ratio(found.min.0, found.mean.0);
         found.diversity = ratio(found.min.0, found.max.0);
         found
@@ -213,6 +223,7 @@ mod tests {
             standard_error: vec![1.0, 4.0, 0.0],
             has_value: vec![true, true, false],
             standing: vec![Standing::Place, Standing::Place, Standing::Dark],
+            extremes: None,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The summary for a person at a terminal.
 
-use crate::report::number::{bytes, count, duration, fine_percent, long, percent, short};
+use crate::report::number::{bytes, count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
 use crate::report::{
     AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics, without,
 };
@@ -18,7 +18,10 @@ pub fn table(results: &Results) -> String {
     if results.maps.iter().any(|map| !map.areas.is_empty()) {
         lines.push(String::new());
         let head = ["area", "Ē, lx", "E_min, lx", "E_max, lx", "U₀", "U_d", "cells", "required", ""];
-        lines.extend(columns(head, results.maps.iter().flat_map(|map| &map.areas).map(area)));
+        lines.extend(columns(
+            head,
+            results.maps.iter().flat_map(|map| &map.areas).map(|figures| area(figures, run.claim)),
+        ));
     }
     if !results.surfaces.is_empty() {
         lines.push(String::new());
@@ -28,7 +31,7 @@ pub fn table(results: &Results) -> String {
     if !results.sensors.is_empty() {
         lines.push(String::new());
         let head = ["sensor", "E, lx", "σ, lx", "target, lx", ""];
-        lines.extend(columns(head, results.sensors.iter().map(sensor)));
+        lines.extend(columns(head, results.sensors.iter().map(|reading| sensor(reading, run.claim))));
     }
     let without = without::lines(results);
     if !without.is_empty() {
@@ -113,11 +116,11 @@ fn plane(map: &IlluminanceMap) -> [String; 9] {
     }
     [
         map.name.clone(),
-        short(found.mean.0),
-        short(found.min.0),
-        short(found.max.0),
-        format!("{:.2}", found.uniformity),
-        format!("{:.2}", found.diversity),
+        with_error(found.mean.0, found.errors.mean.0),
+        with_error(found.min.0, found.errors.min.0),
+        with_error(found.max.0, found.errors.max.0),
+        ratio_with_error(found.uniformity, found.errors.uniformity),
+        ratio_with_error(found.diversity, found.errors.diversity),
         short(found.mean_standard_error.0),
         percent(found.relative_error()),
         cells,
@@ -125,19 +128,19 @@ fn plane(map: &IlluminanceMap) -> [String; 9] {
 }
 
 /// An area's line.
-pub(super) fn area(area: &AreaFigures) -> [String; 9] {
+pub(super) fn area(area: &AreaFigures, claim: f64) -> [String; 9] {
     let found = &area.figures;
     let known = |text: String| if found.cells > 0 { text } else { "–".into() };
     [
         area.title(),
-        known(short(found.mean.0)),
-        known(short(found.min.0)),
-        known(short(found.max.0)),
-        known(format!("{:.2}", found.uniformity)),
-        known(format!("{:.2}", found.diversity)),
+        known(with_error(found.mean.0, found.errors.mean.0)),
+        known(with_error(found.min.0, found.errors.min.0)),
+        known(with_error(found.max.0, found.errors.max.0)),
+        known(ratio_with_error(found.uniformity, found.errors.uniformity)),
+        known(ratio_with_error(found.diversity, found.errors.diversity)),
         found.cells.to_string(),
         area.required_in_words(),
-        area.meets_required().map_or("", |met| if met { "met" } else { "missed" }).into(),
+        area.verdict(claim).map_or_else(String::new, |verdict| verdict.to_string()),
     ]
 }
 
@@ -147,11 +150,11 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
     let known = |text: String| if found.samples > 0 { text } else { "–".into() };
     [
         map.name.clone(),
-        known(short(found.mean.0)),
-        known(short(found.min.0)),
-        known(short(found.max.0)),
-        known(format!("{:.2}", found.uniformity)),
-        known(format!("{:.2}", found.diversity)),
+        known(with_error(found.mean.0, found.errors.mean.0)),
+        known(with_error(found.min.0, found.errors.min.0)),
+        known(with_error(found.max.0, found.errors.max.0)),
+        known(ratio_with_error(found.uniformity, found.errors.uniformity)),
+        known(ratio_with_error(found.diversity, found.errors.diversity)),
         known(short(found.mean_standard_error.0)),
         known(short(found.area)),
         map.corners.len().to_string(),
@@ -159,14 +162,14 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
 }
 
 /// A sensor's line.
-fn sensor(sensor: &SensorReading) -> [String; 5] {
+fn sensor(sensor: &SensorReading, claim: f64) -> [String; 5] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     [
         sensor.title(),
         value(sensor.illuminance),
         value(sensor.standard_error),
         sensor.target.map_or_else(String::new, short),
-        sensor.meets_target().map_or("", |met| if met { "met" } else { "missed" }).into(),
+        sensor.judged(claim).unwrap_or_default(),
     ]
 }
 

@@ -27,6 +27,7 @@ fn map(name: &str, cells: [usize; 2], value: impl Fn(usize, usize) -> f64) -> Il
         standing: Vec::new(),
         outlines: vec![vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]]],
         groups: Vec::new(),
+        extremes: None,
         areas: vec![],
     }
 }
@@ -265,11 +266,13 @@ fn sensors_read_back_with_their_names() {
 
 #[test]
 fn a_sensor_in_the_dark_misses_its_target() {
-    let met = |target, has_value| sensor(target, has_value).meets_target();
-    assert_eq!(met(None, true), None);
-    assert_eq!(met(Some(499.9), true), Some(true));
-    assert_eq!(met(Some(500.0), true), Some(false));
-    assert_eq!(met(Some(100.0), false), Some(false));
+    // 499.9 ± 1.25 lx: 1.645 σ are 2.06 lx.
+    let judged = |target, has_value| sensor(target, has_value).verdict(0.01);
+    assert_eq!(judged(None, true), None);
+    assert_eq!(judged(Some(497.8), true), Some(Verdict::Met));
+    assert_eq!(judged(Some(499.0), true), Some(Verdict::Undecided { needs: Some(0.43) }));
+    assert_eq!(judged(Some(502.0), true), Some(Verdict::Missed));
+    assert_eq!(judged(Some(100.0), false), Some(Verdict::Missed));
 }
 
 #[test]
@@ -300,8 +303,15 @@ fn the_table_aligns_and_balances() {
     let results =
         Results { run: run(), maps, sensors: vec![sensor(Some(500.0), true)], surfaces: vec![], images: vec![] };
     let text = table::table(&results);
-    let head = "plane      Ē, lx  E_min, lx  E_max, lx    U₀   U_d  mean σ, lx  mean σ, %  cells";
-    let floor = "floor        200        100        300  0.50  0.33           2          1  2 × 1";
+    // Cells without anything further known: U₀ = 0.5 errs by √(0.01² + 0.01²) of itself.
+    let head = concat!(
+        "plane            Ē, lx    E_min, lx    E_max, lx            ",
+        "   U₀              U_d  mean σ, lx  mean σ, %  cells"
+    );
+    let floor = concat!(
+        "floor      200.0 ± 2.0  100.0 ± 1.0  300.0 ± 3.0  0.5000 ± 0",
+        ".0071  0.3333 ± 0.0047           2          1  2 × 1"
+    );
     assert!(text.contains(&format!("\n{head}\n{floor}\n")), "{text}");
     let balance = "flux  emitted 1000 lm = absorbed 990 lm (99 %) + escaped 9 lm (0.9 %) + cut off 1 lm (0.1 %)";
     assert!(text.contains(balance), "{text}");
