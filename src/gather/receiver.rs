@@ -474,8 +474,8 @@ pub enum Keep {
     Bounced,
     /// Those that came by mirrors and glass only.
     Caustics,
-    /// Those that met a diffuse surface.
-    Diffused,
+    /// What rays from a point find: those that met a diffuse surface, or rough mirrors only.
+    FoundByRays,
 }
 
 impl Keep {
@@ -486,7 +486,7 @@ impl Keep {
             Self::All => true,
             Self::Bounced => history != History::Direct,
             Self::Caustics => history == History::Specular,
-            Self::Diffused => history == History::Diffused,
+            Self::FoundByRays => matches!(history, History::Diffused | History::Glossy),
         }
     }
 }

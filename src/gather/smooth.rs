@@ -238,29 +238,19 @@ pub struct Together {
     pub mean: f64,
     /// Its variance, lx².
     pub variance: f64,
-    /// Number of equal samples that would be as good: (Σ x)²/Σ x² over points and batches; 0 if all are 0.
-    pub equal_samples: f64,
 }
 
 impl<const C: usize> Samples<C> {
     /// The mean of some points.
     pub fn together(&self, points: &[usize]) -> Together {
-        let (mut means, mut sum, mut squares) = (Vec::new(), 0.0, 0.0);
-        for batch in self.active() {
-            let mut of_batch = 0.0;
-            for &point in points {
-                let found = self.batch_mean(point, batch);
-                of_batch += found;
-                squares += found * found;
-            }
-            sum += of_batch;
-            means.push(of_batch / points.len().max(1) as f64);
-        }
+        let of_batch = |batch: usize| {
+            points.iter().map(|&point| self.batch_mean(point, batch)).sum::<f64>() / points.len().max(1) as f64
+        };
+        let means: Vec<f64> = self.active().map(of_batch).collect();
         let number = means.len().max(1) as f64;
         let mean = means.iter().sum::<f64>() / number;
         let scatter: f64 = means.iter().map(|found| (found - mean).powi(2)).sum();
-        let variance = few(number) * scatter / (number * (number - 1.0)).max(1.0);
-        Together { mean, variance, equal_samples: if squares > 0.0 { sum * sum / squares } else { 0.0 } }
+        Together { mean, variance: few(number) * scatter / (number * (number - 1.0)).max(1.0) }
     }
 }
 
@@ -725,9 +715,19 @@ fn matrix(sums: &[f64; MONOMIALS]) -> [[f64; TERMS]; TERMS] {
     })
 }
 
-/// Variances pooled over [`POOL`]. Never below 0, which the differences of large sums would miss by rounding where it is dark.
+/// Variances pooled over [`POOL`]; over wider squares, and in the end over all points, where it is 0 there: cells that no ray
+/// has found light in know the less of it. Never below 0, which the differences of large sums would miss by rounding where it
+/// is dark.
 fn pooled(variances: &[f64], has_value: &[bool], size: [usize; 2]) -> Vec<f64> {
-    box_means(variances, has_value, size, POOL).into_iter().map(|variance| variance.max(0.0)).collect()
+    let mut pooled = box_means(variances, has_value, size, POOL);
+    for half in [RISK_POOL, size[0].max(size[1])] {
+        if pooled.iter().zip(has_value).all(|(variance, has_value)| *variance > 0.0 || !has_value) {
+            break;
+        }
+        let wider = box_means(variances, has_value, size, half);
+        pooled.iter_mut().zip(wider).filter(|(variance, _)| **variance <= 0.0).for_each(|(own, wider)| *own = wider);
+    }
+    pooled.into_iter().map(|variance| variance.max(0.0)).collect()
 }
 
 /// Means over the squares of `half` cells to each side of every point of a grid, of the points that have a value; 0 where

@@ -23,7 +23,8 @@ const SIGNIFICANT: f64 = 4.0;
 /// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a sensor.
 const LEAST_OF_BLOCK: f64 = 0.05;
 const LEAST_OF_DISC: f64 = 0.5;
-/// Equal samples that would scatter as those found do; rays are no evidence where there are fewer.
+/// What rays found is no evidence where it is less than so many times its variance's square root, squared: as if fewer than
+/// so many rays had met the light.
 const EVIDENCE: f64 = 32.0;
 /// Rays in the plane about a sensor that look for walls, which its disc must not reach.
 const LOOKS: usize = 16;
@@ -120,10 +121,11 @@ impl Witness {
     }
 
     /// Counts the photons of one set that crossed the receiver.
-    pub fn add<const C: usize>(&mut self, receiver: &Receiver, photons: &Photons<C>) {
+    pub fn add<const C: usize>(&mut self, receiver: &Receiver, photons: [&Photons<C>; 2]) {
         self.sets += 1;
         let Self { regions, sums, .. } = self;
-        for (position, flux) in photons.positions.iter().zip(&photons.flux) {
+        let all = photons.into_iter().flat_map(|photons| photons.positions.iter().zip(&photons.flux));
+        for (position, flux) in all {
             let flux = photometric(flux.0.map(f64::from));
             let mut count = |region: usize| {
                 sums[region][0].add(flux);
@@ -192,7 +194,7 @@ impl Witness {
         let significant = off.abs() > SIGNIFICANT * noise && off.abs() > least * larger;
         let doubt = if significant {
             off * off
-        } else if self.sees[region] && found.equal_samples < EVIDENCE {
+        } else if self.sees[region] && found.mean * found.mean <= EVIDENCE * found.variance {
             variance.max(off * off)
         } else {
             0.0

@@ -207,7 +207,7 @@ impl<const C: usize> Rendering<'_, C> {
             place.rest.clone_from(&sharp);
         }
         add(sharp);
-        let Place { has_value, smoother, samples, faint, groups, witness, contradiction, .. } = place;
+        let Place { has_value, smoother, samples, faint, groups, witness, doubt, contradiction, .. } = place;
         if let Some(samples) = samples {
             let mut windows = Vec::new();
             add(match smoother {
@@ -215,9 +215,8 @@ impl<const C: usize> Rendering<'_, C> {
                 _ => samples.alone(),
             });
             if let Some(witness) = witness {
-                let doubt;
-                (doubt, *contradiction) = witness.doubt(samples, self.photon(passes));
-                add(doubt.into_iter().map(|variance| Estimate { variance, ..Estimate::DARK }).collect());
+                (*doubt, *contradiction) = witness.doubt(samples, self.photon(passes));
+                add(doubt.iter().map(|&variance| Estimate { variance, ..Estimate::DARK }).collect());
             }
             groups.iter_mut().for_each(|groups| groups.windows = std::mem::take(&mut windows));
         }

@@ -5,6 +5,10 @@
 //! method `path` has them: no bias, whatever the photons say, and their scatter tells all of their error.
 //! The last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing to
 //! do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
+//!
+//! Where paths hardly find the light (by mirrors, opal covers, small openings) they would read low and not know it. So they are
+//! tried first on cells all over the place: if what they find there scatters much, or contradicts the map, the extremes are
+//! the map's own, with the standard errors of their cells.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -20,6 +24,9 @@ use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::report::{Extremes, Reading, areas};
 use crate::scene::plan::Method;
+
+/// The level of asking at which rays are tried.
+const TRIAL: u64 = 3;
 
 /// Independent parts of these rays; even ones make one half, odd ones the other.
 const ROUNDS: usize = 8;
@@ -39,6 +46,13 @@ const LAST_RAYS: u64 = 1024;
 
 /// Standard error that a reading is to have, as a part of it: the map's own claim, within these bounds.
 const AIM: [f64; 2] = [0.002, 0.02];
+
+/// Cells all over a place, and rays of each, by which it is tried whether these rays know its light at all; the most that their
+/// mean may scatter, and differ from the map's beside that, as parts of it.
+const TRIED: usize = 32;
+const TRIED_RAYS: u64 = 64;
+const MOST_SCATTER: f64 = 0.05;
+const MOST_OFF: f64 = 0.02;
 
 /// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard error:
 /// where light is even, half of all cells do.
@@ -151,9 +165,14 @@ impl<const C: usize> Rendering<'_, C> {
                 let aim = claim(&places[index]).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
                 let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
-                let (ends, again) = reader.parts(&parts);
+                let (ends, again) = if parts.first().is_some_and(|all| reader.knows(all)) {
+                    reader.parts(&parts)
+                } else {
+                    (parts.iter().map(|part| reader.of_map(part)).collect(), Again::new())
+                };
                 this.prepared_rays += reader.cast.into_inner();
-                places[index].take_over(&parts, ends, again);
+                let again = if this.settings.smooth { again } else { Again::new() };
+                places[index].take_over(&parts, ends, again, this.settings.smooth);
                 this.progress.advance(1);
             }
         });
@@ -212,13 +231,42 @@ impl<const C: usize> Reader<'_, C> {
         (parts.iter().map(both).collect(), again)
     }
 
+    /// Whether these rays find all over a place what the map says of it, with little scatter.
+    fn knows(&self, points: &[usize]) -> bool {
+        let count = TRIED.min(points.len());
+        let tried = (0..count).into_par_iter().map(|index| {
+            let point = points[(2 * index + 1) * points.len() / (2 * count)];
+            let found = self.from(point, TRIAL, 0, TRIED_RAYS);
+            let lux = photometric(Cell::of(self.place, point).value);
+            [self.fixed(point).0 + photometric(found[0]) + photometric(found[1]) - lux, lux]
+        });
+        let tried: Vec<[f64; 2]> = tried.collect();
+        let number = count as f64;
+        let [off, lux] = [0, 1].map(|part| tried.iter().map(|pair| pair[part]).sum::<f64>() / number);
+        let scatter: f64 = tried.iter().map(|pair| (pair[0] - off).powi(2)).sum();
+        let error = (scatter / (number * (number - 1.0)).max(1.0)).sqrt();
+        error <= MOST_SCATTER * lux && off.abs() <= 3.0 * error + MOST_OFF * lux
+    }
+
+    /// What the map says of both ends of some points.
+    fn of_map(&self, points: &[usize]) -> [Reading; 2] {
+        [End::Darkest, End::Brightest].map(|end| {
+            let mut beliefs: Vec<Belief> = points.iter().map(|&point| self.belief(point)).collect();
+            end.sort(&mut beliefs);
+            beliefs
+                .first()
+                .map_or_else(Reading::default, |first| Reading { lux: first.lux, error: first.variance.sqrt() })
+        })
+    }
+
+    fn belief(&self, point: usize) -> Belief {
+        let cell = Cell::of(self.place, point);
+        Belief { point, lux: photometric(cell.value), variance: cell.variance }
+    }
+
     /// The extreme one of some points; `None` where there is no point.
     fn race(&self, points: &[usize], end: End, known: &mut HashMap<Asked, Found<C>>) -> Option<Outcome<C>> {
-        let belief = |&point: &usize| {
-            let cell = Cell::of(self.place, point);
-            Belief { point, lux: photometric(cell.value), variance: cell.variance }
-        };
-        let mut waiting: Vec<Belief> = points.iter().map(belief).collect();
+        let mut waiting: Vec<Belief> = points.iter().map(|&point| self.belief(point)).collect();
         end.sort(&mut waiting);
         let darkest = *waiting.first()?;
         let mut racing: Vec<Belief> = Vec::new();
@@ -233,10 +281,10 @@ impl<const C: usize> Reader<'_, C> {
             relative_variance = relative_variance.max(variance);
             racing.extend_from_slice(pool);
         }
-        let mut last = Vec::new();
+        let (mut last, mut dropped) = (Vec::new(), Vec::new());
         for (level, stay, least, most) in [(1, SECOND, FIRST_RAYS, SECOND_RAYS), (2, LAST, FIRST_RAYS, LAST_RAYS)] {
             end.sort(&mut racing);
-            racing.truncate(stay);
+            dropped.extend(racing.drain(stay.min(racing.len())..));
             rays = self.rays_needed(&racing, rays as f64 * relative_variance).clamp(least, most);
             let before = racing.clone();
             let found;
@@ -244,7 +292,7 @@ impl<const C: usize> Reader<'_, C> {
             last = before.into_iter().zip(found).collect();
         }
         let reading = if relative_variance > 0.0 {
-            self.crossed(&last, relative_variance, end)
+            self.crossed(&last, relative_variance, &dropped, end)
         } else {
             Reading { lux: darkest.lux, error: darkest.variance.sqrt() } // no ray has told anything
         };
@@ -253,7 +301,7 @@ impl<const C: usize> Reader<'_, C> {
     }
 
     /// What each half of the last rays says of the cell that the other half chose.
-    fn crossed(&self, last: &[(Belief, Found<C>)], relative_variance: f64, end: End) -> Reading {
+    fn crossed(&self, last: &[(Belief, Found<C>)], relative_variance: f64, dropped: &[Belief], end: End) -> Reading {
         let lux = |index: usize, first: usize, step: usize| {
             let (belief, found) = &last[index];
             self.fixed(belief.point).0 + found.mean(first, step)
@@ -271,7 +319,10 @@ impl<const C: usize> Reader<'_, C> {
         let most = extreme(&|index| end.rank(lux(index, 0, 1)));
         let choice = read - lux(most, 0, 1);
         let fixed = self.fixed(last[a].0.point).1.max(self.fixed(last[b].0.point).1);
-        let fresh = (variance(a) + variance(b)) / 2.0 + fixed + choice * choice;
+        // A cell that was dropped may be the extreme one after all.
+        let beyond = |cell: &Belief| square_above(end.rank(read) - end.rank(cell.lux), cell.variance.sqrt());
+        let missed = dropped.iter().map(beyond).fold(0.0, f64::max);
+        let fresh = (variance(a) + variance(b)) / 2.0 + fixed + choice * choice + missed;
         // Where neighbours know the cell better than its rays do, as in light that few paths find, they count, too.
         let [one, other] = [a, b].map(|index| last[index].0);
         let before = Belief { lux: (one.lux + other.lux) / 2.0, variance: one.variance.max(other.variance), ..one };
@@ -283,13 +334,14 @@ impl<const C: usize> Reader<'_, C> {
         Reading { lux: found.lux, error: found.variance.sqrt() }
     }
 
-    /// The part of a point's light that these rays do not read, lx, and its variance.
+    /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons contradict rays by.
     fn fixed(&self, point: usize) -> (f64, f64) {
+        let doubt = self.place.doubt.get(point).copied().unwrap_or(0.0);
         let rest = self.place.rest.get(point).copied().unwrap_or(Estimate::DARK);
         let direct = self.place.direct.as_ref();
         let (lux, variance) =
             direct.map_or((0.0, 0.0), |light| (photometric(light.value[point]), light.variance[point]));
-        (photometric(rest.value) + lux, rest.variance + variance)
+        (photometric(rest.value) + lux, rest.variance + variance + doubt)
     }
 
     /// Rays of a round for the error aimed at, where one ray a round leaves this relative variance.
@@ -355,9 +407,23 @@ impl<const C: usize> Reader<'_, C> {
     }
 }
 
+/// Mean of max(0, x)² where x is normal with this mean and standard deviation.
+fn square_above(mean: f64, deviation: f64) -> f64 {
+    if deviation <= 0.0 {
+        return mean.max(0.0).powi(2);
+    }
+    let z = mean / deviation;
+    let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+    // Share below z, within 10⁻⁵ (Abramowitz and Stegun 26.2.16).
+    let t = 1.0 / (1.0 + 0.332_67 * z.abs());
+    let beyond = density * t * (0.436_183_6 + t * (-0.120_167_6 + t * 0.937_298));
+    let share = if z > 0.0 { 1.0 - beyond } else { beyond };
+    ((mean * mean + deviation * deviation) * share + mean * deviation * density).max(0.0)
+}
+
 impl<const C: usize> Place<C> {
-    /// Makes what was read again part of the map.
-    fn take_over(&mut self, parts: &[Vec<usize>], ends: Vec<[Reading; 2]>, again: Again<C>) {
+    /// Makes what was read again part of the map; a map that is not `smooth` keeps what each of its cells found.
+    fn take_over(&mut self, parts: &[Vec<usize>], ends: Vec<[Reading; 2]>, again: Again<C>, smooth: bool) {
         for (point, [light, faint]) in again {
             self.replace(point, light, faint);
         }
@@ -372,7 +438,7 @@ impl<const C: usize> Place<C> {
             min.lux = min.lux.min(mean);
             max.lux = max.lux.max(mean);
             self.extremes.push(Extremes { mean_error, min, max });
-            if self.smoother.is_some() {
+            if smooth && self.smoother.is_some() {
                 self.bound(points, [min.lux, max.lux], UNNOTICED * mean_error);
             }
         }
@@ -385,12 +451,14 @@ impl<const C: usize> Place<C> {
         let faint_now =
             self.faint.as_ref().and_then(|faint| faint.light.get(point)).map_or(0.0, |light| light.variance);
         let told_apart = self.groups.is_some();
-        let worse = light.variance + faint.variance >= now.variance - rest.variance + faint_now;
+        let doubt = self.doubt.get(point).copied().unwrap_or(0.0);
+        let worse = light.variance + faint.variance >= now.variance - rest.variance - doubt + faint_now;
         if worse || (told_apart && now.value.iter().any(|lux| *lux <= 0.0)) {
             return;
         }
         let mut whole = rest;
         whole.add(&light);
+        whole.variance += doubt;
         if told_apart {
             self.scaled.push((point, std::array::from_fn(|c| whole.value[c] / now.value[c])));
         }

@@ -39,7 +39,7 @@ use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::{Extremes, Results};
 use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
-use crate::scene::{MeasuringPlane, PlaneKind, Scene};
+use crate::scene::{Material, MeasuringPlane, PlaneKind, Scene};
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
@@ -298,6 +298,8 @@ struct Place<const C: usize> {
     counts: Option<Counts<C>>,
     /// Areas of the points, m²: of a measured surface only.
     areas: Vec<f64>,
+    /// What that adds to the variance of each point, lx²; empty without such photons.
+    doubt: Vec<f64>,
     /// Where rays and photons contradict each other most, if they do.
     contradiction: Option<Contradiction>,
     /// Light that has bounced, as far as the passes know.
@@ -471,6 +473,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
                 }),
                 groups: if told_apart { self.place_groups(&receiver) } else { None },
                 witness: None,
+                doubt: Vec::new(),
                 contradiction: None,
                 counts: None,
                 areas: Vec::new(),
@@ -577,7 +580,8 @@ impl<'a, const C: usize> Rendering<'a, C> {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
                     this.prepared_rays += 2 * receiver.len() as u64;
                 }
-                if this.plan.method == Method::Gather && this.plan.photons && samples.is_some() && receiver.is_plane() {
+                let relies = this.plan.method == Method::Gather && this.plan.photons && samples.is_some();
+                if relies && receiver.is_plane() && this.scene.materials.iter().any(Material::is_diffuse) {
                     *witness = match (receiver.grid, &*smoother) {
                         (Some(grid), Some(smoother)) => Some(Witness::of_grid(grid, receiver, smoother, caster)),
                         (None, _) => Some(Witness::of_points(receiver, 0.5 * radius, caster)),

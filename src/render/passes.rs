@@ -74,6 +74,9 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
         let mut schedule = self.recall(places, views, keeping)?;
+        if self.done.len() > 0 {
+            self.list_stages();
+        }
         let mut taken = 0.0;
         loop {
             let over = keeping.team.rank() == 0 && self.judge(places, views, &mut schedule, taken);
@@ -98,6 +101,20 @@ impl<const C: usize> Rendering<'_, C> {
             self.share_passes::<T>(engine, places, views, &schedule, keeping)?;
             taken = started.elapsed().as_secs_f64();
             self.save(places, views, &schedule, keeping);
+        }
+    }
+
+    /// Books the stages of passes even if none is left to run, so that a run that goes on lists what any run does.
+    fn list_stages(&mut self) {
+        let stages: &[&'static str] = match self.plan.method {
+            Method::Gather => &["trace photons", "build records", "gather rays"],
+            Method::Path => &["gather rays"],
+            Method::Split | Method::Photons | Method::Seed => &["trace photons", "build trees", "gather"],
+        };
+        for stage in stages {
+            if self.seconds.iter().all(|(known, _)| known != stage) {
+                self.seconds.push((stage, 0.0));
+            }
         }
     }
 
@@ -221,7 +238,7 @@ impl<const C: usize> Rendering<'_, C> {
                 self.photons_emitted += tracer.photons();
                 for (place, crossings) in places.iter_mut().zip(&caught.witnessed) {
                     if let Some(witness) = &mut place.witness {
-                        witness.add(&place.receiver, &crossings.smooth);
+                        witness.add(&place.receiver, [&crossings.smooth, &crossings.sharp]);
                     }
                 }
                 self.gather::<T>(places, caught.crossings, caught.landings, self.searches.of_pass(number));
@@ -321,7 +338,8 @@ impl<const C: usize> Rendering<'_, C> {
                 // One round of each pass is a witness: enough, and the others are spared the trouble.
                 let testifies = round.is_multiple_of(ROUNDS);
                 let witnesses: &[&Receiver] = if testifies { &receivers } else { &[] };
-                let others = || ((caustics(), CrossingRecorder::new(witnesses, Keep::Diffused)), count(Keep::Caustics));
+                let others =
+                    || ((caustics(), CrossingRecorder::new(witnesses, Keep::FoundByRays)), count(Keep::Caustics));
                 let record = || (PatchRecorder::new(grid).with_sources(sources), others());
                 let records = self.record(tracer, round, record, &mut caught);
                 let (patches, others): (_, Vec<_>) = records.into_iter().unzip();

@@ -88,7 +88,12 @@ pub(crate) fn round_to(value: f64, digits: i32) -> f64 {
 /// Rounded to so many significant digits, towards 0.
 pub(crate) fn round_down_to(value: f64, digits: i32) -> f64 {
     let rounded = round_to(value, digits);
-    if rounded.abs() <= value.abs() { rounded } else { round_to(value - (rounded - value).abs(), digits) }
+    if rounded.abs() <= value.abs() {
+        return rounded;
+    }
+    // Half a unit of the last digit less rounds to the digit below.
+    let unit = 10f64.powi(value.abs().log10().floor() as i32 + 1 - digits);
+    round_to(value - value.signum() * 0.5 * unit, digits)
 }
 
 /// Shortest digits that read back as `value`; `1.2e9` beyond the range a person reads easily.

@@ -377,6 +377,7 @@ fn known(which: usize) -> &'static Known {
         let plan = Plan::new(&scene, method);
         let settings = Settings { photons: 40, rays: 1, smooth: false, groups: true, ..Settings::of(method) };
         let checkpoint = folder.join("known.state");
+        let _ = fs::remove_file(&checkpoint); // of an earlier run of the tests
         let keeping = Keeping { checkpoint: Some(&checkpoint), ..Default::default() };
         render_and_keep(&scene, &plan, &settings, &(), &keeping).expect("a sound run");
         let state = fs::read(checkpoint).expect("it was written");

@@ -681,6 +681,8 @@ impl<const C: usize> Gather<'_, C> {
         let ahead = self.ahead(emitter, points);
         let start = self.receiver.start(point);
         let eye = start.as_dvec3();
+        // The opening is looked at from the point itself, which lies lower than where its rays start.
+        let lowered = self.place(point) - eye;
         view.start();
         for suspect in suspects.iter() {
             view.hide(suspect, source, eye);
@@ -688,7 +690,7 @@ impl<const C: usize> Gather<'_, C> {
         let mut found = Vec::new();
         for cast in 0..u64::from(PROBES) {
             let Some(piece) = view.lit.iter().next() else { return (true, cast) };
-            let to = piece.iter().sum::<DVec3>() / piece.len() as f64;
+            let to = piece.iter().sum::<DVec3>() / piece.len() as f64 + lowered;
             let reach = match (source, ahead) {
                 // As far as just before the opening's plane.
                 (_, Some((normal, front))) => {
@@ -781,7 +783,10 @@ impl View {
         self.flat_on = f64::INFINITY;
         let light = match source {
             Source::Polygon(polygon) => {
-                let height = (eye - polygon.corners[0]).dot(polygon.normal);
+                let to = eye - polygon.corners[0];
+                let height = to.dot(polygon.normal);
+                // In its plane but for rounding.
+                let height = if height.abs() < 1e-12 * to.length() { 0.0 } else { height };
                 if height < 0.0 || (height == 0.0 && !polygon.edge_on) {
                     return 0.0;
                 }

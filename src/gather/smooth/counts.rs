@@ -19,7 +19,7 @@ const BLUR_POOL: usize = 4;
 const DOUBT: f64 = 3.0;
 
 /// Blur's squared share of the noise where windows are chosen by their risk.
-const BLUR_AT_LEAST_RISK: f64 = 0.5;
+const BLUR_AT_LEAST_RISK: f64 = super::BIAS_AT_LEAST_RISK;
 
 /// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
 const FLUX_POOL: usize = 10;
