@@ -179,7 +179,7 @@ impl<const C: usize> Recorder<C> for CountRecorder<'_, C> {
             match watched {
                 Watched::Nothing => {}
                 Watched::Cells(cells) => {
-                    if flight.history != History::Diffused
+                    if !matches!(flight.history, History::Diffused | History::Glossy)
                         && let Some(at) = receiver.crossing(flight)
                         && let Some(cell) = cells.counting(receiver, at, self.caster)
                     {

@@ -34,6 +34,8 @@ pub struct Receiver {
     pub points: Vec<[f32; 2]>,
     /// Columns and rows, where the points make a grid.
     pub grid: Option<[usize; 2]>,
+    /// Whether light with edges is counted in the grid's cells.
+    pub cells_count: bool,
     /// Sides of the grid's cells along u and v, m; 0 where there is no grid.
     pub cell: [f32; 2],
     /// How far below the plane a surface may lie and still count as the plane's, m.
@@ -52,7 +54,8 @@ pub struct Receiver {
 
 /// Where the points of a receiver are, to double precision and not lifted off any surface.
 enum Exact {
-    /// In a plane with this origin and these axes, m; and how far above it the surface of each lies, if any does, m.
+    /// In a plane with this origin and these axes, m; and how far above it the surface of each lies, if any does, m; not a
+    /// number where it lies aslant.
     Plane { origin: DVec3, axes: [DVec3; 2], heights: Vec<f32> },
     /// Each by itself, m.
     Each(Vec<DVec3>),
@@ -172,6 +175,7 @@ impl Receiver {
             normal: Vec3::Z,
             points: Vec::new(),
             grid: None,
+            cells_count: false,
             cell: [0.0; 2],
             tolerance: 0.0,
             moved: Vec::new(),
@@ -198,6 +202,8 @@ impl Receiver {
             .map(|exact| {
                 let point = exact.as_vec3();
                 let (start, height) = match caster.closest_hit(point + normal * tolerance, -normal, 2.0 * tolerance) {
+                    // What a point lies on aslant it can't be put on exactly: light is measured where rays start then.
+                    Some(hit) if hit.normal.dot(normal).abs() < PARALLEL => (hit.leave(normal), Some(f32::NAN)),
                     Some(hit) => {
                         let height = (hit.position.as_dvec3() - *exact).dot(u.cross(v));
                         // Less is the rounding of the hit.
@@ -230,6 +236,7 @@ impl Receiver {
             normal,
             points,
             grid: None,
+            cells_count: false,
             cell: [0.0; 2],
             tolerance,
             starts,
@@ -303,6 +310,9 @@ impl Receiver {
             Exact::Plane { origin, axes: [u, v], heights } => {
                 let [a, b] = self.points[point].map(f64::from);
                 let height = heights.get(point).map_or(0.0, |height| f64::from(*height));
+                if height.is_nan() {
+                    return self.starts[point].as_dvec3();
+                }
                 *origin + *u * a + *v * b + u.cross(*v) * height + self.moved(point).as_dvec3()
             }
         }
@@ -365,6 +375,9 @@ impl Receiver {
         (inside(0) && inside(1)).then_some(at)
     }
 }
+
+/// A surface within a quarter of a degree of a plane is parallel to it, by the cosine.
+const PARALLEL: f32 = 0.99999;
 
 /// Heights below this part of the coordinates are rounding, that of four operations in single precision.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
@@ -439,7 +452,7 @@ impl<const C: usize> Photons<C> {
 pub struct Crossings<const C: usize> {
     /// Direct light and caustics.
     pub sharp: Photons<C>,
-    /// Light that met a diffuse surface.
+    /// Light that met a diffuse surface, or was spread by rough mirrors.
     pub smooth: Photons<C>,
     /// Luminaires of the sharp and the smooth photons, where they matter; else none.
     pub sources: [Vec<u32>; 2],
@@ -497,31 +510,18 @@ pub struct CrossingRecorder<'a, const C: usize> {
     keep: Keep,
     /// Whether luminaires matter.
     sources: bool,
-    /// Whether sharp light on grids is counted elsewhere.
-    cells_count: bool,
     crossings: Vec<Crossings<C>>,
 }
 
 impl<'a, const C: usize> CrossingRecorder<'a, C> {
     /// An empty record for `receivers`.
     pub fn new(receivers: &'a [&'a Receiver], keep: Keep) -> Self {
-        Self {
-            receivers,
-            keep,
-            sources: false,
-            cells_count: false,
-            crossings: vec![Crossings::default(); receivers.len()],
-        }
+        Self { receivers, keep, sources: false, crossings: vec![Crossings::default(); receivers.len()] }
     }
 
     /// The same, which keeps the luminaires too, if they matter.
     pub fn with_sources(self, matter: bool) -> Self {
         Self { sources: matter, ..self }
-    }
-
-    /// The same, which leaves sharp light on grids to the cells that count it.
-    pub fn beside_cells(self, count: bool) -> Self {
-        Self { cells_count: count, ..self }
     }
 
     /// One record out of many, in order.
@@ -542,8 +542,8 @@ impl<const C: usize> Recorder<C> for CrossingRecorder<'_, C> {
             return;
         }
         for (receiver, crossings) in self.receivers.iter().zip(&mut self.crossings) {
-            let smooth = flight.history == History::Diffused;
-            if self.cells_count && !smooth && receiver.grid.is_some() {
+            let smooth = matches!(flight.history, History::Diffused | History::Glossy);
+            if receiver.cells_count && !smooth && self.keep != Keep::FoundByRays {
                 continue;
             }
             if let Some([a, b]) = receiver.crossing(flight) {

@@ -69,8 +69,8 @@ enum Degree {
 
 /// Squared bias of the window chosen, at least, as a share of its variance. At the radius of least risk it is 1/2 for a plane and
 /// 1/4 for a quadric (bias of order h² and h⁴, variance h⁻²); that the risk by which windows are chosen is itself noisy costs
-/// about as much again: with this, claims equal errors (docs/HONESTY.md).
-const BIAS_AT_LEAST_RISK: f64 = 0.75;
+/// some, too. In even light, where there is no bias, claims are √1.5 of the errors.
+const BIAS_AT_LEAST_RISK: f64 = 0.5;
 
 /// Samples at each point of a receiver, in batches.
 pub struct Samples<const C: usize> {

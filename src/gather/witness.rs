@@ -25,13 +25,11 @@ const LEAST_OF_BLOCK: f64 = 0.05;
 const LEAST_OF_DISC: f64 = 0.5;
 /// What rays found is no evidence where it is less than so many times its variance's square root, squared: as if fewer than
 /// so many rays had met the light.
-const EVIDENCE: f64 = 32.0;
-/// Rays in the plane about a sensor that look for walls, which its disc must not reach.
-const LOOKS: usize = 16;
+const EVIDENCE: f64 = 4.0;
+/// Rays in the plane about a sensor that look for walls, where its disc ends.
+const LOOKS: usize = 32;
 /// Rays from a region that look whether it sees any surface.
 const GLANCES: usize = 64;
-/// A disc is not made smaller than this part of the largest.
-const SMALLEST_DISC: f32 = 1.0 / 8.0;
 
 /// Light at regions of a receiver, counted by photons.
 pub struct Witness {
@@ -49,8 +47,8 @@ pub struct Witness {
 enum Regions {
     /// Blocks of the cells of a grid.
     Blocks(Blocks),
-    /// Discs about points that may overlap: squares of their radii, m².
-    Discs(Vec<f32>),
+    /// Discs about points that may overlap: squares of their radii in each direction, m².
+    Discs(Vec<[f32; LOOKS]>),
 }
 
 /// How a grid is cut into blocks.
@@ -88,20 +86,21 @@ impl Witness {
         Self::new(Regions::Blocks(Blocks { columns, rows, of_cell, open }), areas, receiver, caster)
     }
 
-    /// Discs of at most `radius` (m) about points.
+    /// Discs of `radius` (m) about points, as far as walls let them be.
     pub fn of_points(receiver: &Receiver, radius: f32, caster: &RayCaster) -> Self {
-        let free = |point: usize| {
+        let around = |point: usize| -> [f32; LOOKS] {
             let eye = receiver.start(point);
-            let end = |look: usize| {
-                let (sin, cos) = (std::f32::consts::TAU * look as f32 / LOOKS as f32).sin_cos();
+            std::array::from_fn(|look| {
+                let (sin, cos) = (std::f32::consts::TAU * (look as f32 + 0.5) / LOOKS as f32).sin_cos();
                 let direction = receiver.u * cos + receiver.v * sin;
-                caster.closest_hit(eye, direction, radius).map_or(radius, |hit| hit.distance)
-            };
-            (0..LOOKS).map(end).fold(radius, f32::min).max(SMALLEST_DISC * radius)
+                caster.closest_hit(eye, direction, radius).map_or(radius, |hit| hit.distance).powi(2)
+            })
         };
-        let radii: Vec<f32> = (0..receiver.len()).map(free).collect();
-        let areas: Vec<f64> = radii.iter().map(|radius| std::f64::consts::PI * f64::from(radius * radius)).collect();
-        let squares = radii.iter().map(|radius| radius * radius).collect();
+        let squares: Vec<[f32; LOOKS]> = (0..receiver.len()).map(around).collect();
+        let area = |squares: &[f32; LOOKS]| {
+            std::f64::consts::PI * squares.iter().map(|&square| f64::from(square)).sum::<f64>() / LOOKS as f64
+        };
+        let areas = squares.iter().map(area).collect();
         Self::new(Regions::Discs(squares), areas, receiver, caster)
     }
 
@@ -140,7 +139,8 @@ impl Witness {
                 Regions::Discs(squares) => {
                     for (point, (at, square)) in receiver.points.iter().zip(squares).enumerate() {
                         let (x, y) = (position[0] - at[0], position[1] - at[1]);
-                        if x * x + y * y < *square {
+                        let turn = (y.atan2(x) / std::f32::consts::TAU).rem_euclid(1.0);
+                        if x * x + y * y < square[((turn * LOOKS as f32) as usize).min(LOOKS - 1)] {
                             count(point);
                         }
                     }

@@ -250,7 +250,7 @@ impl<const C: usize> Rendering<'_, C> {
 
     /// Light with edges: counted in cells, on samples and about bodies; over discs about single points.
     fn sharp_light(&self, place: &mut Place<C>, passes: f64) -> Vec<Estimate<C>> {
-        let Place { receiver, has_value, smoother, density, counts, groups, .. } = place;
+        let Place { receiver, has_value, smoother, density, counts, groups, surroundings, .. } = place;
         if let Some(counts) = counts {
             let raw: Vec<Estimate<C>> = (0..receiver.len()).map(|point| counts.estimate(point, passes)).collect();
             let Some(smoother) = smoother else { return raw };
@@ -268,9 +268,11 @@ impl<const C: usize> Rendering<'_, C> {
         // The kernel's peak over its mean is 2.
         let quantum = 2.0 * self.photon(passes) / passes / (std::f64::consts::PI * widest * widest);
         let mut chosen = Vec::new();
-        let found = density.sharp.chunks(LADDER).map(|sums| {
+        let found = density.sharp.chunks(LADDER).zip(surroundings.iter()).map(|(sums, around)| {
             let discs: Vec<Estimate<C>> = sums.iter().map(|sum| sum.mean(passes)).collect();
-            let (disc, found) = of_ladder(&discs, quantum);
+            // Where walls leave little of the disc, one photon would bring the more.
+            let open = around.view(widest as f32).moments().one / std::f64::consts::FRAC_PI_2;
+            let (disc, found) = of_ladder(&discs, quantum / open.max(SMALLEST_SHARE));
             chosen.push(disc as u8);
             found
         });
@@ -279,6 +281,9 @@ impl<const C: usize> Rendering<'_, C> {
         found
     }
 }
+
+/// Share of a disc that a point sees, at least: a plane may meet its room in no more than a point.
+const SMALLEST_SHARE: f64 = 1e-6;
 
 /// Radius of a disc of the ladder whose widest has `widest`, m.
 fn disc_radius(widest: f32, disc: usize) -> f32 {

@@ -137,7 +137,7 @@ impl<const C: usize> Rendering<'_, C> {
         Some(PlaceGroups {
             width,
             variances,
-            sharp: rows(self.discs(receiver.grid.is_some())),
+            sharp: rows(self.discs(receiver.cells_count)),
             smooth: rows(self.smooth_scales()),
             layout,
             sharp_scales: Vec::new(),

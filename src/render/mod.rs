@@ -452,7 +452,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             sensors.push(served);
         }
         receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
-        let place = |(receiver, on_surface): (Receiver, bool)| {
+        let counts_sharp = self.counts_sharp();
+        let place = |(mut receiver, on_surface): (Receiver, bool)| {
+            // Cells so small that even the widest window over them holds few photons are asked by discs, as single points are.
+            let [width, height] = receiver.cell;
+            receiver.cells_count = counts_sharp && receiver.grid.is_some() && WINDOW * width.min(height) >= radius;
             let dark = vec![Estimate::DARK; receiver.len()];
             let sampled = self.plan.bounces && self.plan.method.sends_rays();
             let told_apart = receiver.is_plane() || !receiver.bodies().is_empty();
@@ -496,7 +500,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Sums for the photon densities that are asked for at a receiver.
     fn empty_densities(&self, receiver: &Receiver) -> densities::Densities<C> {
         let points = if receiver.is_plane() { receiver.len() } else { 0 };
-        let discs = if self.counts_sharp() && receiver.grid.is_none() { LADDER } else { 0 };
+        let discs = if self.counts_sharp() && !receiver.cells_count { LADDER } else { 0 };
         let scales = if self.has_smooth_densities() { self.scales().len() } else { 0 };
         densities::Densities::new(points * discs, points * scales)
     }
@@ -570,7 +574,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             for place in places {
                 let Place { receiver, has_value, surroundings, smoother, samples, witness, .. } = place;
                 let points = (0..receiver.len()).into_par_iter();
-                let has_discs = receiver.grid.is_none() && counts_sharp;
+                let has_discs = counts_sharp && !receiver.cells_count;
                 if receiver.is_plane() && (densities || has_discs) {
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
                     this.prepared_rays += (FAN * surroundings.len()) as u64;
@@ -598,6 +602,9 @@ impl<'a, const C: usize> Rendering<'a, C> {
 fn batches(receiver: &Receiver) -> usize {
     if receiver.grid.is_some() { MAP_BATCHES } else { POINT_BATCHES }
 }
+
+/// Width of the widest window of the smoothing, in cells.
+const WINDOW: f32 = 21.0;
 
 /// Purposes of random streams, so that none draws another's numbers.
 const PURPOSE_PHOTONS: u64 = 1;

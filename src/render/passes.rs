@@ -327,13 +327,13 @@ impl<const C: usize> Rendering<'_, C> {
     ) -> Caught<'p, C> {
         let receivers: Vec<&Receiver> = places.iter().map(|place| &place.receiver).collect();
         let sources = self.groups.is_some();
-        let (mesh, cells) = (&self.scene.mesh, self.counts_sharp());
+        let mesh = &self.scene.mesh;
         let count = |keep| CountRecorder::new(&engine.watched, &receivers, mesh, engine.caster, keep);
         let mut caught = Caught::default();
         match (self.plan.method, &engine.grid) {
             (Method::Gather, Some(grid)) => {
                 let watched: &[&Receiver] = if self.plan.caustics { &receivers } else { &[] };
-                let crossing = || CrossingRecorder::new(watched, Keep::Caustics).beside_cells(cells);
+                let crossing = || CrossingRecorder::new(watched, Keep::Caustics);
                 let caustics = || crossing().with_sources(sources);
                 // One round of each pass is a witness: enough, and the others are spared the trouble.
                 let testifies = round.is_multiple_of(ROUNDS);
@@ -361,7 +361,7 @@ impl<const C: usize> Rendering<'_, C> {
             }
             (method, _) => {
                 let keep = if method == Method::Photons { Keep::All } else { Keep::Bounced };
-                let crossing = || CrossingRecorder::new(&receivers, keep).beside_cells(cells);
+                let crossing = || CrossingRecorder::new(&receivers, keep);
                 let record = || (crossing().with_sources(sources), count(keep));
                 let (crossings, met) = self.record(tracer, round, record, &mut caught).into_iter().unzip();
                 caught.met = CountRecorder::merge(met);
@@ -564,15 +564,14 @@ fn watched<'a, const C: usize>(
     places: &mut [Place<C>],
     caster: &RayCaster,
 ) -> Vec<Watched<'a>> {
-    let cells = run.counts_sharp();
-    let is_apart = |place: &Place<C>| !place.receiver.is_plane() || (cells && place.receiver.grid.is_some());
+    let is_apart = |place: &Place<C>| !place.receiver.is_plane() || place.receiver.cells_count;
     if !run.plan.counts_photons() || !places.iter().any(is_apart) {
         return Vec::new();
     }
     let first = places.len() - run.scene.surfaces.len();
     let of = |(index, place): (usize, &mut Place<C>)| {
         let watched = match (place.receiver.bodies(), index.checked_sub(first)) {
-            ([], None) if cells && place.receiver.grid.is_some() => {
+            ([], None) if place.receiver.cells_count => {
                 Watched::Cells(Cells::look(&place.receiver, &place.has_value, caster))
             }
             ([], None) => return Watched::Nothing,

@@ -47,11 +47,11 @@ impl<const C: usize> Rendering<'_, C> {
                 ));
             }
             self.warn_of_contradiction(&format!("plane \"{}\"", plane.name), place);
-            let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let unmet = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
             let unmet = (0..plane.len()).filter(unmet).count();
             if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
                 self.warnings.push(format!(
-                    "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0 ± 0; \
+                    "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0; \
                      expected more photons or a larger radius",
                     plane.name,
                     plane.len(),
@@ -61,7 +61,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let first = places.len() - self.scene.surfaces.len();
         let unmet = |place: &Place<C>| {
-            let dark = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let dark = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
             (0..place.receiver.len()).filter(dark).count()
         };
         for place in &places[self.scene.planes.len()..first] {
@@ -70,7 +70,7 @@ impl<const C: usize> Rendering<'_, C> {
         let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
         if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
             self.warnings.push(format!(
-                "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0 ± 0; expected more photons \
+                "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0; expected more photons \
                  or a larger radius",
                 self.scene.sensors.len(),
                 self.searches.smooth.radius,
@@ -84,11 +84,11 @@ impl<const C: usize> Rendering<'_, C> {
                     surface.name
                 ));
             }
-            let unmet = |point: &usize| place.has_value[*point] && place.bounced[*point] == Estimate::DARK;
+            let unmet = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
             let unmet = (0..surface.samples.len()).filter(unmet).count();
             if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
                 self.warnings.push(format!(
-                    "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0 ± 0; \
+                    "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0; \
                      expected more photons or a wider spacing",
                     surface.name,
                     surface.samples.len(),
@@ -319,6 +319,11 @@ impl<const C: usize> Rendering<'_, C> {
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
+}
+
+/// Whether no light was found.
+fn is_dark<const C: usize>(found: &Estimate<C>) -> bool {
+    found.value.iter().all(|&lux| lux == 0.0)
 }
 
 /// What a sensor reads: at its one point, or the mean of those of its disc that have a value, the middle first. Their errors

@@ -49,7 +49,8 @@ impl Bounds {
         })
     }
 
-    fn with(self, other: Self) -> Self {
+    /// The smallest box around both.
+    pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 

@@ -453,6 +453,7 @@ impl<const C: usize> Gather<'_, C> {
 
     fn bounds(&self, points: &[usize]) -> Bounds {
         Bounds::around(points.iter().map(|&point| self.receiver.start(point)))
+            .with(Bounds::around_exact(points.iter().map(|&point| self.place(point))))
     }
 
     /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,

@@ -71,7 +71,7 @@ impl Smoother {
                     off * off + (2.0 * f64::from(fit.own) - 1.0) * raw[point].variance
                 };
                 let risks: Vec<f64> = (0..raw.len()).map(risk).collect();
-                self.box_means(&risks, has_value, RISK_POOL)
+                box_means(&risks, has_value, [self.columns, self.rows], RISK_POOL)
             })
             .collect();
         let best: Vec<usize> = (0..raw.len())
@@ -114,7 +114,8 @@ impl Smoother {
     ) -> Vec<f32> {
         let counted: Vec<f64> = raw.iter().map(|estimate| photometric(estimate.value)).collect();
         let fitted: Vec<f64> = (0..raw.len()).map(|point| fits[point][best[point]].fit.photometric()).collect();
-        let [counted, fitted] = [counted, fitted].map(|values| self.box_means(&values, has_value, FLUX_POOL));
+        let [counted, fitted] =
+            [counted, fitted].map(|values| box_means(&values, has_value, [self.columns, self.rows], FLUX_POOL));
         let ratio = |(counted, fitted): (&f64, &f64)| {
             let ratio = if *fitted > 0.0 { counted / fitted } else { 1.0 };
             ratio.clamp(1.0 / MOST_RESTORED, MOST_RESTORED) as f32
