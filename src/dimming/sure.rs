@@ -228,19 +228,16 @@ pub struct Readings {
     pub go_on: bool,
 }
 
+/// Renders the scene at some levels, with random numbers that belong to the number given.
+pub type Render<'a> = &'a mut dyn FnMut(&[f64], u64) -> Result<Readings, Error>;
+
 /// Renders with the levels and mends them until what is known says that a further render finds every target reached, or nothing
 /// changes any more. `render` gets levels and the number of the render, from 1 on; each is to have random numbers of its own, since
 /// levels may not follow the noise of one. Returns the levels that were rendered last, and how many renders there were.
 ///
 /// # Errors
 /// As [`solve`] and `render`.
-pub fn verify(
-    known: &mut Known,
-    goal: Goal,
-    z: f64,
-    mut sure: Sure,
-    render: &mut dyn FnMut(&[f64], u64) -> Result<Readings, Error>,
-) -> Result<(Sure, u64), Error> {
+pub fn verify(known: &mut Known, goal: Goal, z: f64, mut sure: Sure, render: Render<'_>) -> Result<(Sure, u64), Error> {
     let mut number = 0;
     loop {
         number += 1;

@@ -88,8 +88,8 @@ const DOUBT: f64 = 2.5;
 /// Which of several discs about a point to take, each of half the radius of the one before, and its estimate with the
 /// blur that may be left in the variance. `quantum` is what one photon brings at the widest disc's middle, lx.
 ///
-/// Lepski's rule: the widest disc that agrees with all narrower ones within their noise; then one narrower, whose blur is
-/// a quarter as large where E is curved. Noise of a narrow disc is at least what the wider one's light would have there: a
+/// Lepski's rule: the widest disc that agrees with all narrower ones within their noise; then two narrower, whose blur is
+/// a sixteenth as large where E is curved, and whose noise covers what an edge nearby, hidden by noise, may take away. Noise of a narrow disc is at least what the wider one's light would have there: a
 /// disc that met nothing is no proof of darkness.
 pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize, Estimate<C>) {
     let least = |disc: usize| quantum * 4.0_f64.powi(disc as i32);
@@ -105,7 +105,7 @@ pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize,
     }
     let last = discs.len() - 1;
     let widest = (0..last).find(|&wide| !(wide + 1..=last).any(|narrow| apart(wide, narrow))).unwrap_or(last);
-    let taken = (widest + 1).min(last);
+    let taken = (widest + 2).min(last);
     let blur = if taken == widest {
         // Nothing narrower tells how much is left: as much as the last halving took away.
         off(last.saturating_sub(1), last).powi(2)

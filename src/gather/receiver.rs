@@ -310,7 +310,8 @@ impl Receiver {
             Exact::Plane { origin, axes: [u, v], heights } => {
                 let [a, b] = self.points[point].map(f64::from);
                 let height = heights.get(point).map_or(0.0, |height| f64::from(*height));
-                if height.is_nan() {
+                // In the air rays start at the point itself, and aslant it can't be put on a surface exactly.
+                if !self.on_surface[point] || height.is_nan() {
                     return self.starts[point].as_dvec3();
                 }
                 *origin + *u * a + *v * b + u.cross(*v) * height + self.moved(point).as_dvec3()

@@ -74,7 +74,7 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
         let mut schedule = self.recall(places, views, keeping)?;
-        if self.done.len() > 0 {
+        if !self.done.is_empty() {
             self.list_stages();
         }
         let mut taken = 0.0;

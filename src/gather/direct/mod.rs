@@ -784,10 +784,7 @@ impl View {
         self.flat_on = f64::INFINITY;
         let light = match source {
             Source::Polygon(polygon) => {
-                let to = eye - polygon.corners[0];
-                let height = to.dot(polygon.normal);
-                // In its plane but for rounding.
-                let height = if height.abs() < 1e-12 * to.length() { 0.0 } else { height };
+                let height = (eye - polygon.corners[0]).dot(polygon.normal);
                 if height < 0.0 || (height == 0.0 && !polygon.edge_on) {
                     return 0.0;
                 }

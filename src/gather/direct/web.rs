@@ -26,9 +26,6 @@ const WIDTHS: [f64; 2] = [0.02, 0.25];
 const WIDE_BUT_WEAK: f64 = 2e-3;
 /// Parts looked at for one opening and point; from then on each is taken as seen in its mean direction.
 const MOST_PARTS: usize = 400;
-/// The first parts looked at are halved whatever their nodes say, if they are seen under more than this part of their distance.
-const FIRST_PARTS: usize = 3;
-const NEAR: f64 = 0.1;
 /// Corners of a cone this near (cosine) to its middle are put on one plane.
 const NARROW: f64 = 0.5;
 /// Smallest cosine under which a flat opening counts as seen where it is taken as a whole.
@@ -107,9 +104,7 @@ impl WebLight {
                 sum += self.as_whole(part, up);
                 continue;
             }
-            // Once in a while the centroid agrees with the nodes by chance: not in all of several parts.
-            let alone = looked_at <= FIRST_PARTS;
-            match self.part(part, up, whole, sum, alone, flattened) {
+            match self.part(part, up, whole, sum, flattened) {
                 Fate::Done(lux) => sum += lux,
                 Fate::Halve(normal, height) => open.push_halves(part, normal, height),
             }
@@ -130,7 +125,7 @@ impl WebLight {
         if times.is_finite() { (times, self.flux * self.measured.at(-to)) } else { (0.0, 0.0) }
     }
 
-    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, alone: bool, flattened: &mut Vec<DVec3>) -> Fate {
+    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, flattened: &mut Vec<DVec3>) -> Fate {
         let (corners, axes) = match &self.shape {
             Shape::Flat { axes, .. } => (part, *axes),
             Shape::Body(_) => {
@@ -164,12 +159,11 @@ impl WebLight {
         let (radius, distance) = (std::f64::consts::SQRT_2 * long.length(), centre.length());
         let could_bring = self.most * area * times.abs();
         let wide = radius > 0.5 * distance || (radius > self.width * distance && could_bring > WIDE_BUT_WEAK * light);
-        let near = alone && radius > NEAR * distance && could_bring > WIDE_BUT_WEAK * light;
         let difference = (by_nodes - by_centre).abs();
         let even = difference * difference <= DIFFERENCE * by_nodes.abs() * light
             && lopsided * by_nodes.abs() <= LOPSIDED * light;
         let settled = difference <= TOO_LITTLE * light || even;
-        if !wide && !near && settled {
+        if !wide && settled {
             return Fate::Done(by_nodes);
         }
         let across = long.normalize_or_zero();

@@ -201,13 +201,12 @@ impl Edges {
     fn peeled(&self, faces: usize) -> Vec<bool> {
         let mut edges_of: Vec<[u32; 3]> = vec![[0; 3]; faces];
         let mut known = vec![0_u8; faces];
-        let mut count: Vec<u32> = vec![0; self.len()];
+        let mut count: Vec<u32> = (0..self.len()).map(|edge| self.uses(edge).len() as u32).collect();
         for edge in 0..self.len() {
             for &(_, face) in self.uses(edge) {
                 edges_of[face as usize][usize::from(known[face as usize])] = edge as u32;
                 known[face as usize] += 1;
             }
-            count[edge] = self.uses(edge).len() as u32;
         }
         let mut stays = vec![true; faces];
         let mut free: Vec<u32> = (0..self.len() as u32).filter(|&edge| count[edge as usize] == 1).collect();

@@ -11,15 +11,17 @@ use super::{Fit, Smoother, Sums, WINDOWS, box_means};
 use crate::gather::density::Estimate;
 use crate::photon::flux::photometric;
 
-/// Cells to each side over which risk and blur are taken.
+/// Cells to each side over which risk and blur are taken, and how many those are.
 const RISK_POOL: usize = 6;
+const ABOUT: f64 = ((2 * RISK_POOL + 1) * (2 * RISK_POOL + 1)) as f64;
 const BLUR_POOL: usize = 4;
 
 /// How many σ a window's fit may differ from a narrower one's.
 const DOUBT: f64 = 3.0;
 
-/// Blur's squared share of the noise where windows are chosen by their risk.
-const BLUR_AT_LEAST_RISK: f64 = super::BIAS_AT_LEAST_RISK;
+/// Blur's squared share of the noise where windows are chosen by their risk: twice that of rays, since light that is counted has
+/// edges, and the risk is pooled over fewer cells.
+const BLUR_AT_LEAST_RISK: f64 = 1.0;
 
 /// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
 const FLUX_POOL: usize = 10;
@@ -78,12 +80,18 @@ impl Smoother {
             .into_par_iter()
             .with_min_len(64)
             .map(|point| {
-                let better = |&a: &usize, &b: &usize| risks[a][point].total_cmp(&risks[b][point]);
+                // Where nothing was met the risk is 0 but for the rounding of large sums.
+                let nothing = 1e-6 * quantum(point).powi(2);
+                let risk =
+                    |window: usize| if risks[window][point].abs() < nothing { 0.0 } else { risks[window][point] };
+                let better = |&a: &usize, &b: &usize| risk(a).total_cmp(&risk(b));
                 let possible = |&window: &usize| agrees(&fits[point], window, quantum(point));
                 // Of windows as good as each other the widest: where nothing was met it has most to say.
                 (0..WINDOWS.len()).rev().filter(possible).min_by(better).unwrap_or(0)
             })
             .collect();
+        let counted: Vec<f64> = raw.iter().map(|estimate| photometric(estimate.value)).collect();
+        let level = box_means(&counted, has_value, [self.columns, self.rows], RISK_POOL);
         let blur = self.blur(&fits, &best);
         let restored = self.restored(raw, &fits, &best, has_value);
         let smoothed = (0..raw.len())
@@ -93,8 +101,9 @@ impl Smoother {
                 }
                 let Counted { fit, variance } = fits[point][best[point]];
                 let blur = if best[point] == 0 { 0.0 } else { blur[point].max(BLUR_AT_LEAST_RISK * variance) };
-                // Where no photon was met, one may have been missed.
-                let unseen = if variance > 0.0 { 0.0 } else { (f64::from(fit.own) * quantum(point)).powi(2) };
+                // Where no photon was met the noise is that of the light about, or of one photon there that was missed.
+                let about = level[point].max(quantum(point) / ABOUT);
+                let unseen = if variance > 0.0 { 0.0 } else { f64::from(fit.squares) * quantum(point) * about };
                 let times = f64::from(restored[point]);
                 let value = fit.value.map(|lux| times * f64::from(lux));
                 Estimate { value, variance: times * times * (variance + blur) + unseen }
