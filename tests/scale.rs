@@ -240,3 +240,21 @@ fn what_is_far_is_no_part_of_the_scenes_size() {
         results.run.warnings.iter().any(|warning| warning.contains("\"moon\" hangs 1.414e6 m from what is measured"));
     assert!(told, "{:?}", results.run.warnings);
 }
+
+/// A lamp 1 cm over a floor and 3.2 m away: cosine and distance are those of the point itself, however far off a large floor rays
+/// have to start (0.1 mm on 200 m: 1 % of the lamp's height). E = I h/d³.
+#[test]
+fn a_low_lamp_over_a_large_floor_is_exact() {
+    for half in [10.0, 100.0, 1000.0] {
+        let toml = format!(
+            "[material.ground]\nreflectance = 0.3\n[[luminaire]]\nname = \"lamp\"\nposition = [3.2, 0, 0.01]\nflux = 1000\n{}",
+            sensor("meter", [0.0; 3], [0.0, 0.0, 1.0])
+        );
+        let scene = scene(&format!("scale_low_lamp_{half}"), &toml, &below(half, 0.0));
+        let settings = Settings { photons: 1000, ..Settings::of(Method::Gather) };
+        let found = run_with(&scene, Method::Gather, &settings).sensors[0].illuminance;
+        let distance = 3.2_f64.hypot(0.01);
+        let exact = 1000.0 / (4.0 * std::f64::consts::PI) * 0.01 / distance.powi(3);
+        assert_close(&format!("floor of {} m", 2.0 * half), found, exact, 1e-4);
+    }
+}
