@@ -24,6 +24,8 @@ use shells::Shells;
 
 /// What is nearer in front of a point than this part of its spacing covers it.
 const COVERS: f32 = 0.01;
+/// A luminaire covers a point behind it from ten times as far: a panel hangs a little below its ceiling.
+const LAMP_COVERS: f32 = 10.0;
 /// Ways towards light that are tried from each point, and from each part of space that these leave.
 const POINT_TRIES: u32 = 4;
 const PART_TRIES: u32 = 64;
@@ -120,6 +122,8 @@ pub struct Reach<'a> {
     scene: &'a Scene,
     caster: &'a RayCaster,
     fronts: Vec<Front>,
+    /// Triangles of luminaires' openings, in order.
+    openings: Vec<u32>,
     /// Light passes straight.
     clear: Vec<bool>,
     /// Light passes and is scattered.
@@ -136,8 +140,12 @@ pub struct Reach<'a> {
 impl<'a> Reach<'a> {
     /// Prepares the question for a scene; casts about 3·10⁴ rays.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
+        let mut openings: Vec<u32> =
+            scene.luminaires.iter().flat_map(|luminaire| luminaire.body.iter().copied()).collect();
+        openings.sort_unstable();
         let mut reach = Self {
             scene,
+            openings,
             caster,
             fronts: scene.luminaires.iter().map(Front::of).collect(),
             clear: scene.materials.iter().map(Material::is_clear).collect(),
@@ -193,6 +201,12 @@ impl<'a> Reach<'a> {
         parts.par_iter().map(verdict).collect()
     }
 
+    /// Whether a luminaire's opening is what comes first within `reach` (m), from either side.
+    fn meets_lamp(&self, from: Vec3, direction: Vec3, reach: f32) -> bool {
+        let hit = self.caster.closest_hit(from, direction, reach);
+        hit.is_some_and(|hit| self.openings.binary_search(&hit.triangle).is_ok())
+    }
+
     /// Which points are covered, and which see light at once; the others are dark as yet.
     fn first_look(&self, asked: &Points<'_>) -> Vec<Standing> {
         let receiver = asked.receiver;
@@ -200,9 +214,10 @@ impl<'a> Reach<'a> {
             let start = receiver.start(point);
             let within = asked.covered_within(point);
             let mut stream = self.seed.stream(point as u64);
+            let normal = receiver.normal_at(point);
             let covered = within > 0.0
                 && receiver.bodies().is_empty()
-                && !self.passes(start, receiver.normal_at(point), within)
+                && (!self.passes(start, normal, within) || self.meets_lamp(start, normal, LAMP_COVERS * within))
                 && !self.sees_lamp(start, &mut stream); // what covers it may be a lamp that lights it
             if covered {
                 return Standing::Covered;
