@@ -20,7 +20,7 @@ const ERROR: f64 = 1.0;
 /// Cells of each plane that are held against the long run.
 const CELLS: usize = 48;
 /// Passes and rays of the long run, all of whose points send rays for themselves.
-const LONG: (u32, u32) = (150, 64);
+const LONG: (u32, u32) = (60, 64);
 /// Shares of a normal law within 1, 2, 3 standard errors, %.
 const NORMAL: [f64; 3] = [68.27, 95.45, 99.73];
 
