@@ -89,12 +89,12 @@ const DOUBT: f64 = 2.5;
 /// blur that may be left in the variance. `quantum` is what one photon brings at the widest disc's middle, lx.
 ///
 /// Lepski's rule: the widest disc that agrees with all narrower ones within their noise; then two narrower, whose blur is
-/// a sixteenth as large where E is curved, and whose noise covers what an edge nearby, hidden by noise, may take away. Noise of a narrow disc is at least what the wider one's light would have there: a
-/// disc that met nothing is no proof of darkness.
+/// a sixteenth as large where E is curved, and whose noise covers what an edge nearby, hidden by noise, may take away.
+/// Noise of a narrow disc is at least what the wider one's light would have there: a disc that met nothing is no proof of
+/// darkness.
 pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize, Estimate<C>) {
     let least = |disc: usize| quantum * 4.0_f64.powi(disc as i32);
-    let variance =
-        |disc: usize| discs[disc].variance.max(if discs[disc].variance > 0.0 { 0.0 } else { least(disc).powi(2) });
+    let variance = |disc: usize| if discs[disc].variance > 0.0 { discs[disc].variance } else { least(disc).powi(2) };
     let off = |a: usize, b: usize| photometric(discs[a].value) - photometric(discs[b].value);
     let apart = |wide: usize, narrow: usize| {
         let spread = variance(narrow).max(variance(wide) * 4.0_f64.powi((narrow - wide) as i32)) - variance(wide);
@@ -110,7 +110,7 @@ pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize,
         // Nothing narrower tells how much is left: as much as the last halving took away.
         off(last.saturating_sub(1), last).powi(2)
     } else {
-        // Blur grows as R²: what is left is a third of what the halving took away.
+        // Blur grows as R²: a third of what one halving took away is left, and less of what two did.
         let noise = (variance(taken) - variance(widest)).max(0.0);
         (off(widest, taken).powi(2) - noise).max(0.0) / 9.0
     };

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
+use crate::photon::random::low_discrepancy;
 
 /// Points of a side of a cell's edge that its middle looks at: what cuts the cell stands before one of them.
 const LOOKS: usize = 8;
@@ -84,10 +85,9 @@ fn on_edge(step: usize) -> [f32; 2] {
     }
 }
 
-/// Points of the R₂ sequence (Roberts 2018): even over the unit square whichever way an edge cuts it.
+/// Points that are even over the unit square whichever way an edge cuts it.
 fn spread(index: u32) -> [f32; 2] {
-    let along = |step: f64| (0.5 + f64::from(index) * step).fract() as f32;
-    [along(0.754_877_666_246_692_8), along(0.569_840_290_998_053_3)]
+    low_discrepancy(index.into(), [0.5; 2])
 }
 
 #[cfg(test)]

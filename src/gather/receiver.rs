@@ -249,14 +249,6 @@ impl Receiver {
         }
     }
 
-    /// Sides of the cells of a grid, m; those of the other side where there is only one cell, 1 where there is one in all.
-    pub fn cell_size(&self, [columns, rows]: [usize; 2]) -> [f32; 2] {
-        let side = |to: usize, axis: usize| (self.points[to][axis] - self.points[0][axis]).abs();
-        let x = (columns > 1).then(|| side(1, 0));
-        let y = (rows > 1).then(|| side(columns, 1));
-        [x.or(y).unwrap_or(1.0), y.or(x).unwrap_or(1.0)]
-    }
-
     /// Number of points.
     pub fn len(&self) -> usize {
         self.starts.len()

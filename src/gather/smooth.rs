@@ -59,7 +59,7 @@ const WINDOWS: [(Degree, f32); 9] = [
 const NARROWEST: f32 = 0.25;
 
 /// Radius of the widest window, in cells.
-const WIDEST: f32 = 10.0;
+pub const WIDEST: f32 = 10.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Degree {
@@ -333,7 +333,7 @@ impl Smoother {
     /// Prepares a grid; `has_value` tells which points do. Cost: two rays a point.
     pub fn new(receiver: &Receiver, [columns, rows]: [usize; 2], has_value: &[bool], caster: &RayCaster) -> Self {
         let gates = Gates::new(receiver, [columns, rows], has_value, caster);
-        let cell = receiver.cell_size([columns, rows]);
+        let cell = cell_size(receiver, [columns, rows]);
         let spacing = cell[0].max(cell[1]);
         let offsets = offsets(cell.map(|side| (side / spacing).max(NARROWEST)));
         let windows = WINDOWS.into_iter().map(|(degree, radius)| Window::new(degree, radius, &offsets)).collect();
@@ -816,6 +816,14 @@ fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Option<[f64; 6]>
         found[row] = (found[row] - known) / lower[row][row];
     }
     Some(found)
+}
+
+/// Sides of a cell, m; 1 where there is only one.
+fn cell_size(receiver: &Receiver, [columns, rows]: [usize; 2]) -> [f32; 2] {
+    let side = |to: usize, axis: usize| (receiver.points[to][axis] - receiver.points[0][axis]).abs();
+    let x = (columns > 1).then(|| side(1, 0));
+    let y = (rows > 1).then(|| side(columns, 1));
+    [x.or(y).unwrap_or(1.0), y.or(x).unwrap_or(1.0)]
 }
 
 #[cfg(test)]

@@ -78,7 +78,7 @@ impl Witness {
         let block = |cell: usize| (cell / columns / BLOCK * across + cell % columns / BLOCK) as u32;
         let of_cell: Vec<u32> = (0..columns * rows).map(block).collect();
         let open: Vec<bool> = (0..columns * rows).map(|cell| smoother.is_open(cell)).collect();
-        let [width, height] = receiver.cell_size([columns, rows]);
+        let [width, height] = receiver.cell;
         let mut areas = vec![0.0; across * rows.div_ceil(BLOCK)];
         for (block, _) in of_cell.iter().zip(&open).filter(|(_, open)| **open) {
             areas[*block as usize] += f64::from(width) * f64::from(height);
@@ -225,12 +225,7 @@ impl Regions {
 impl Blocks {
     /// The block of a photon, if it is counted.
     fn at(&self, receiver: &Receiver, position: [f32; 3]) -> Option<usize> {
-        let [width, height] = receiver.cell_size([self.columns, self.rows]);
-        let first = receiver.points[0];
-        let step = |axis: usize, side: f32| ((position[axis] - first[axis]) / side + 0.5).floor();
-        let (column, row) = (step(0, width), step(1, height));
-        let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f32 && row < self.rows as f32;
-        let cell = inside.then(|| row as usize * self.columns + column as usize)?;
+        let cell = receiver.cell_at([position[0], position[1]])?;
         self.open[cell].then(|| self.of_cell[cell] as usize)
     }
 

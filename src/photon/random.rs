@@ -93,6 +93,12 @@ pub(crate) fn on_circle(turn: f32) -> [f32; 2] {
     [negate_if(x, quarter + 1), negate_if(y, quarter)]
 }
 
+/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
+pub fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
+    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
+    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -27,7 +27,7 @@ use crate::gather::direct::faint::Faint;
 use crate::gather::direct::{Asked, DirectLight, direct_light_for};
 use crate::gather::reach::{Points, Reach, Standing};
 use crate::gather::receiver::Receiver;
-use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother};
+use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother, WIDEST};
 use crate::gather::surroundings::{FAN, Surroundings};
 use crate::gather::witness::{Contradiction, Witness};
 use crate::luminaire::LightGroups;
@@ -456,7 +456,8 @@ impl<'a, const C: usize> Rendering<'a, C> {
         let place = |(mut receiver, on_surface): (Receiver, bool)| {
             // Cells so small that even the widest window over them holds few photons are asked by discs, as single points are.
             let [width, height] = receiver.cell;
-            receiver.cells_count = counts_sharp && receiver.grid.is_some() && WINDOW * width.min(height) >= radius;
+            receiver.cells_count =
+                counts_sharp && receiver.grid.is_some() && (2.0 * WIDEST + 1.0) * width.min(height) >= radius;
             let dark = vec![Estimate::DARK; receiver.len()];
             let sampled = self.plan.bounces && self.plan.method.sends_rays();
             let told_apart = receiver.is_plane() || !receiver.bodies().is_empty();
@@ -603,9 +604,6 @@ fn batches(receiver: &Receiver) -> usize {
     if receiver.grid.is_some() { MAP_BATCHES } else { POINT_BATCHES }
 }
 
-/// Width of the widest window of the smoothing, in cells.
-const WINDOW: f32 = 21.0;
-
 /// Purposes of random streams, so that none draws another's numbers.
 const PURPOSE_PHOTONS: u64 = 1;
 const PURPOSE_SHADOWS: u64 = 2;
@@ -619,9 +617,3 @@ const PURPOSE_EXTREMES: u64 = 9;
 
 /// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
 const MOST_ENDLESS: f64 = 0.02;
-
-/// Point `index` of the R₂ sequence (Roberts 2018), shifted about the unit square.
-fn low_discrepancy(index: u64, [u, v]: [f32; 2]) -> [f32; 2] {
-    let along = |shift: f32, step: f64| ((f64::from(shift) + index as f64 * step).fract() as f32).min(0.999_999_9);
-    [along(u, 0.754_877_666_246_692_8), along(v, 0.569_840_290_998_053_3)]
-}

@@ -9,7 +9,7 @@ use super::team::Word;
 use super::views::{Batch, View};
 use super::{
     Faint, FaintLight, IMAGE_ERROR, PIXEL_RAYS, PURPOSE_BRIGHT, PURPOSE_FAINT, PURPOSE_PHOTONS, PURPOSE_SIGHT,
-    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches, low_discrepancy,
+    PURPOSE_VIEWS, Place, Rendering, SENSOR_RAYS, Searches,
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -23,7 +23,7 @@ use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
 use crate::luminaire::emit::triangle_area;
 use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream};
+use crate::photon::random::{Seed, Stream, low_discrepancy};
 use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::NearestPhotons;
 use crate::report::CameraImage;

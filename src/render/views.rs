@@ -15,7 +15,7 @@ use crate::gather::camera::{Draw, Eye, first_surface};
 use crate::gather::sight::Sight;
 use crate::gather::smooth::few;
 use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
+use crate::photon::random::{Seed, low_discrepancy};
 use crate::report::{CameraImage, Layer};
 use crate::scene::Camera;
 use crate::state::Sum;
@@ -136,10 +136,10 @@ impl<'a, const C: usize> View<'a, C> {
                 let lamp_shift = stream.uniform();
                 let (mut sum, mut luminance_sum) = (0.0, 0.0);
                 for ray in 0..count {
-                    let [x, y] = super::low_discrepancy(ray, place_shift).map(f64::from);
+                    let [x, y] = low_discrepancy(ray, place_shift).map(f64::from);
                     let direction = camera.direction([column as f64 + x, row as f64 + y]).as_vec3();
                     let mut draw = Draw {
-                        at: super::low_discrepancy(ray, direction_shift),
+                        at: low_discrepancy(ray, direction_shift),
                         lamps: ((ray as f32 + lamp_shift) / count as f32).min(0.999_999_9),
                         caustics: if ray == 0 { count as f64 } else { 0.0 },
                         scratch: scratch.as_mut(),
