@@ -34,6 +34,7 @@ pub mod photon_map;
 pub mod render;
 pub mod report;
 pub mod scene;
+mod sets;
 pub mod state;
 pub mod trees;
 pub mod units;

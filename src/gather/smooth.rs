@@ -210,11 +210,8 @@ impl<const C: usize> Samples<C> {
             weighted.iter().map(|&(point, weight)| weight * self.batch_mean(point, batch)).sum()
         };
         let sums: Vec<f64> = self.active().map(batch).collect();
-        let count = sums.len() as f64;
-        let mean = sums.iter().sum::<f64>() / count.max(1.0);
-        let scatter: f64 = sums.iter().map(|sum| (sum - mean).powi(2)).sum();
-        let free = count - 1.0;
-        scatter / (count * free).max(1.0) * if free > 2.0 { free / (free - 2.0) } else { 3.0 }
+        let free = sums.len() as f64 - 1.0;
+        mean_of(&sums).1 * if free > 2.0 { free / (free - 2.0) } else { 3.0 }
     }
 
     /// Every point by itself: mean, and variance of the mean.
@@ -247,11 +244,17 @@ impl<const C: usize> Samples<C> {
             points.iter().map(|&point| self.batch_mean(point, batch)).sum::<f64>() / points.len().max(1) as f64
         };
         let means: Vec<f64> = self.active().map(of_batch).collect();
-        let number = means.len().max(1) as f64;
-        let mean = means.iter().sum::<f64>() / number;
-        let scatter: f64 = means.iter().map(|found| (found - mean).powi(2)).sum();
-        Together { mean, variance: few(number) * scatter / (number * (number - 1.0)).max(1.0) }
+        let (mean, variance) = mean_of(&means);
+        Together { mean, variance: few(means.len() as f64) * variance }
     }
+}
+
+/// Mean of independent parts, and its variance from their scatter; 0 and 0 of none.
+pub fn mean_of(parts: &[f64]) -> (f64, f64) {
+    let count = parts.len().max(1) as f64;
+    let mean = parts.iter().sum::<f64>() / count;
+    let scatter: f64 = parts.iter().map(|part| (part - mean).powi(2)).sum();
+    (mean, scatter / (count * (count - 1.0)).max(1.0))
 }
 
 /// What a variance found from the scatter of a few batches is multiplied by, so that 68.27 % of errors are within its square

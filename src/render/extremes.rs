@@ -15,11 +15,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::passes::{Engine, Look, faint_light};
+use super::passes::{Engine, Look, faint_light, worst_of};
 use super::results::Cell;
 use super::{PURPOSE_EXTREMES, Place, Rendering};
 use crate::gather::density::Estimate;
 use crate::gather::sight::Sight;
+use crate::gather::smooth::mean_of;
 use crate::photon::flux::photometric;
 use crate::photon::random::Seed;
 use crate::report::{Extremes, Reading, areas};
@@ -81,9 +82,8 @@ impl<const C: usize> Found<C> {
 
     /// Variance of the mean, from the rounds' scatter.
     fn variance(&self) -> f64 {
-        let mean = self.mean(0, 1);
-        let scatter: f64 = (0..ROUNDS).map(|round| (self.of_round(round) - mean).powi(2)).sum();
-        scatter / (ROUNDS * (ROUNDS - 1)) as f64
+        let rounds: [f64; ROUNDS] = std::array::from_fn(|round| self.of_round(round));
+        mean_of(&rounds).1
     }
 }
 
@@ -162,7 +162,7 @@ impl<const C: usize> Rendering<'_, C> {
             for index in asked {
                 let parts = this.parts(index, &places[index]);
                 let seed = Seed(this.settings.seed).branch(PURPOSE_EXTREMES).branch(index as u64);
-                let aim = claim(&places[index]).clamp(AIM[0], AIM[1]);
+                let aim = worst_of(&places[index..=index], Cell::of).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
                 let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
                 let (ends, again) = if parts.first().is_some_and(|all| reader.knows(all)) {
@@ -189,16 +189,6 @@ impl<const C: usize> Rendering<'_, C> {
         parts.iter_mut().for_each(|points: &mut Vec<usize>| points.retain(|&point| place.has_value[point]));
         parts
     }
-}
-
-/// Claimed standard error of a place's points, root mean square, as a part of their mean.
-fn claim<const C: usize>(place: &Place<C>) -> f64 {
-    let cells = (0..place.receiver.len()).filter(|&point| place.has_value[point]).map(|point| Cell::of(place, point));
-    let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0_f64);
-    cells.for_each(|cell| {
-        (sum, variance, count) = (sum + photometric(cell.value), variance + cell.variance, count + 1.0);
-    });
-    if sum > 0.0 { (variance * count).sqrt() / sum } else { 0.0 }
 }
 
 /// What a point is read to be: light that has bounced, but for the rest, and of faint luminaires.

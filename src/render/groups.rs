@@ -116,12 +116,12 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// Estimates over discs at a point.
-    fn discs(&self, grid: bool) -> usize {
-        if self.counts_sharp() && !grid { LADDER } else { 0 }
+    pub(super) fn discs(&self, in_cells: bool) -> usize {
+        if self.counts_sharp() && !in_cells { LADDER } else { 0 }
     }
 
     /// Estimates of smooth light at a point.
-    fn smooth_scales(&self) -> usize {
+    pub(super) fn smooth_scales(&self) -> usize {
         if self.has_smooth_densities() { self.scales().len() } else { 0 }
     }
 

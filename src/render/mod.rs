@@ -21,7 +21,7 @@ use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
-use crate::gather::density::{Estimate, LADDER, Search};
+use crate::gather::density::{Estimate, Search};
 use crate::gather::direct::blockers::Blockers;
 use crate::gather::direct::faint::Faint;
 use crate::gather::direct::{Asked, DirectLight, direct_light_for};
@@ -39,7 +39,7 @@ use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
 use crate::report::{Extremes, Results};
 use crate::scene::measured::Sample;
 use crate::scene::plan::{Method, Plan};
-use crate::scene::{Material, MeasuringPlane, PlaneKind, Scene};
+use crate::scene::{Material, PlaneKind, Scene};
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
@@ -501,9 +501,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Sums for the photon densities that are asked for at a receiver.
     fn empty_densities(&self, receiver: &Receiver) -> densities::Densities<C> {
         let points = if receiver.is_plane() { receiver.len() } else { 0 };
-        let discs = if self.counts_sharp() && !receiver.cells_count { LADDER } else { 0 };
-        let scales = if self.has_smooth_densities() { self.scales().len() } else { 0 };
-        densities::Densities::new(points * discs, points * scales)
+        densities::Densities::new(points * self.discs(receiver.cells_count), points * self.smooth_scales())
     }
 
     fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
@@ -540,13 +538,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
     /// Finds which points are places at all. That is a fact of the scene: all seeds agree on it, so that their results can be
     /// merged.
     fn find_standings(&self, places: &mut [Place<C>], caster: &RayCaster) {
-        let side = |plane: &MeasuringPlane| {
-            let [columns, rows] = plane.cells.map(|cells| cells as f64);
-            (plane.along.length() / columns).min(plane.across.length() / rows) as f32
-        };
-        let sides = self.scene.planes.iter().map(side).chain(std::iter::repeat(0.0));
-        let points = places.iter().zip(sides);
-        let points = points.map(|(place, spacing)| Points { receiver: &place.receiver, spacing, areas: &place.areas });
+        let points = places.iter().map(|place| Points { receiver: &place.receiver, areas: &place.areas });
         let points: Vec<Points<'_>> = points.collect();
         // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
         let of_place = |place: &Place<C>| {

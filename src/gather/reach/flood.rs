@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::{Part, Reach, Standing};
 use crate::gather::receiver::Receiver;
+use crate::sets::Sets;
 
 impl Reach<'_> {
     /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place are
@@ -26,17 +27,17 @@ impl Reach<'_> {
                 [right, point + columns < count && open(point, point + columns)]
             })
             .collect();
-        let mut parent: Vec<u32> = (0..count as u32).collect();
+        let mut sets = Sets::new(count);
         for (point, joined) in joined.iter().enumerate() {
             for (next, _) in [point + 1, point + columns].into_iter().zip(joined).filter(|(_, joined)| **joined) {
-                let (a, b) = (root(&mut parent, point as u32), root(&mut parent, next as u32));
+                let (a, b) = (sets.root(point as u32), sets.root(next as u32));
                 // A place becomes the root, so that the root tells.
                 let (low, high) = (a.min(b), a.max(b));
                 let (root, child) = if found[high as usize].is_place() { (high, low) } else { (low, high) };
-                parent[child as usize] = root;
+                sets.hang(child, root);
             }
         }
-        let roots: Vec<u32> = (0..count as u32).map(|point| root(&mut parent, point)).collect();
+        let roots: Vec<u32> = (0..count as u32).map(|point| sets.root(point)).collect();
         let mut dark: Vec<(u32, u32)> = Vec::new();
         for (point, &root) in roots.iter().enumerate() {
             if found[point] == Standing::Dark {
@@ -52,13 +53,4 @@ impl Reach<'_> {
             |points: &[(u32, u32)]| Part { receiver: number, points: points.iter().map(|&(_, point)| point).collect() };
         dark.chunk_by(|(a, _), (b, _)| a == b).map(part).collect()
     }
-}
-
-/// The root of a tree of points; ways to it get shorter.
-pub(super) fn root(parent: &mut [u32], mut point: u32) -> u32 {
-    while parent[point as usize] != point {
-        parent[point as usize] = parent[parent[point as usize] as usize];
-        point = parent[point as usize];
-    }
-    point
 }

@@ -85,8 +85,6 @@ impl Standing {
 pub struct Points<'a> {
     /// The receiver.
     pub receiver: &'a Receiver,
-    /// Distance between the points of a grid, m; 0 where there is none.
-    pub spacing: f32,
     /// Areas of the points, m², of a measured surface; else empty.
     pub areas: &'a [f64],
 }
@@ -94,7 +92,8 @@ pub struct Points<'a> {
 impl Points<'_> {
     /// How near something has to be in front of a point to cover it, m.
     fn covered_within(&self, point: usize) -> f32 {
-        COVERS * self.areas.get(point).map_or(self.spacing, |area| area.sqrt() as f32)
+        let [width, height] = self.receiver.cell; // 0 where there is no grid
+        COVERS * self.areas.get(point).map_or(width.min(height), |area| area.sqrt() as f32)
     }
 }
 

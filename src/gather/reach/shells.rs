@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::flood::root;
 use crate::scene::Mesh;
+use crate::sets::Sets;
 
 /// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is tried.
 const RIM: f64 = 1e-11;
@@ -173,23 +173,20 @@ impl Edges {
     /// off, one after the other.
     fn closed(&self, faces: &[Face]) -> Vec<Vec<u32>> {
         let stays = self.peeled(faces.len());
-        let mut parent: Vec<u32> = (0..faces.len() as u32).collect();
+        let mut sets = Sets::new(faces.len());
         let left = |edge: usize| self.uses(edge).iter().map(|&(_, face)| face).filter(|&face| stays[face as usize]);
         for edge in 0..self.len() {
             let mut of_edge = left(edge);
             let Some(one) = of_edge.next() else { continue };
-            for other in of_edge {
-                let (a, b) = (root(&mut parent, one), root(&mut parent, other));
-                parent[a.max(b) as usize] = a.min(b);
-            }
+            of_edge.for_each(|other| sets.join(one, other));
         }
         let mut is_closed = vec![true; faces.len()];
         for edge in (0..self.len()).filter(|&edge| left(edge).count() % 2 == 1) {
-            left(edge).for_each(|face| is_closed[root(&mut parent, face) as usize] = false);
+            left(edge).for_each(|face| is_closed[sets.root(face) as usize] = false);
         }
         let mut members: Vec<(u32, u32)> = (0..faces.len() as u32)
             .filter(|&face| stays[face as usize])
-            .map(|face| (root(&mut parent, face), face))
+            .map(|face| (sets.root(face), face))
             .filter(|(root, _)| is_closed[*root as usize])
             .collect();
         members.sort_unstable();

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use crate::sets::Sets;
+
 /// A slab is no thicker than this part of its side, the root of its area, …
 const THINNEST: f64 = 1.0 / 20.0;
 /// … and than this, m.
@@ -118,24 +120,16 @@ fn edges<'a>(faces: impl Iterator<Item = (usize, &'a Welded)>) -> Edges {
 /// Faces that hang together by edges which two of them share; in the order of their first faces. Bodies that touch along an
 /// edge, which then has four uses, stay apart.
 fn components(welded: &[Welded]) -> Vec<Vec<usize>> {
-    let mut parent: Vec<usize> = (0..welded.len()).collect();
-    fn root(parent: &mut [usize], mut face: usize) -> usize {
-        while parent[face] != face {
-            parent[face] = parent[parent[face]];
-            face = parent[face];
-        }
-        face
-    }
+    let mut sets = Sets::new(welded.len());
     for uses in edges(welded.iter().enumerate()).values() {
         if let [(a, _), (b, _)] = uses[..] {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b)] = a.min(b);
+            sets.join(a as u32, b as u32);
         }
     }
-    let mut number: HashMap<usize, usize> = HashMap::new();
+    let mut number: HashMap<u32, usize> = HashMap::new();
     let mut found: Vec<Vec<usize>> = Vec::new();
     for face in 0..welded.len() {
-        let root = root(&mut parent, face);
+        let root = sets.root(face as u32);
         let at = *number.entry(root).or_insert_with(|| {
             found.push(Vec::new());
             found.len() - 1

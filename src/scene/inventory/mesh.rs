@@ -11,6 +11,7 @@ use super::MeshPart;
 use super::unit::unit_in_doubt;
 use crate::scene::Scene;
 use crate::scene::mesh::Mesh;
+use crate::sets::Sets;
 
 /// A triangle whose longest side is more than so many times its height is a sliver.
 const SLIVER: f64 = 1000.0;
@@ -107,11 +108,11 @@ impl Welded {
 
     /// What hangs together by common corners.
     fn pieces(&self, triangles: &[[u32; 3]]) -> Pieces {
-        let mut pieces = Pieces { parent: (0..self.place_of.len() as u32).collect(), open: Vec::new() };
+        let mut pieces = Pieces { sets: Sets::new(self.place_of.len()), open: Vec::new() };
         for triangle in triangles {
             let [a, b, c] = triangle.map(|vertex| self.place(vertex));
-            pieces.join(a, b);
-            pieces.join(b, c);
+            pieces.sets.join(a, b);
+            pieces.sets.join(b, c);
         }
         pieces
     }
@@ -132,30 +133,15 @@ pub(crate) fn mixed(mut x: u64) -> u64 {
 
 /// Places joined to pieces.
 struct Pieces {
-    parent: Vec<u32>,
+    sets: Sets,
     /// Pieces that have an edge of one triangle, or of more than two.
     open: Vec<bool>,
 }
 
 impl Pieces {
-    fn root(&mut self, mut place: u32) -> u32 {
-        while self.parent[place as usize] != place {
-            let above = self.parent[self.parent[place as usize] as usize];
-            self.parent[place as usize] = above;
-            place = above;
-        }
-        place
-    }
-
-    fn join(&mut self, one: u32, other: u32) {
-        let (one, other) = (self.root(one), self.root(other));
-        let (low, high) = (one.min(other), one.max(other));
-        self.parent[high as usize] = low;
-    }
-
     /// Numbers of edges of one triangle, and of more than two; marks the pieces that have any.
     fn open(&mut self, edges: &[u64]) -> (usize, usize) {
-        self.open = vec![false; self.parent.len()];
+        self.open = vec![false; self.sets.len()];
         let (mut once, mut often) = (0, 0);
         for run in edges.chunk_by(|one, other| one >> 1 == other >> 1) {
             let there = run.iter().filter(|edge| **edge & 1 == 1).count();
@@ -164,7 +150,7 @@ impl Pieces {
             }
             once += usize::from(run.len() == 1);
             often += usize::from(run.len() > 2);
-            let root = self.root((run[0] >> 33) as u32);
+            let root = self.sets.root((run[0] >> 33) as u32);
             self.open[root as usize] = true;
         }
         (once, often)
@@ -173,9 +159,9 @@ impl Pieces {
     /// Closed bodies; and of these, those whose fronts look inwards.
     fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &Welded) -> [usize; 2] {
         let mesh = &*scene.mesh;
-        let mut hulls = vec![Hull::default(); self.parent.len()];
+        let mut hulls = vec![Hull::default(); self.sets.len()];
         for triangle in &mesh.triangles[range] {
-            let root = self.root(welded.place(triangle[0]));
+            let root = self.sets.root(welded.place(triangle[0]));
             if self.open[root as usize] {
                 continue;
             }
