@@ -7,11 +7,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use luxmap::check::scenes::room;
+use luxmap::render::plan::{Method, Plan};
 use luxmap::render::{Settings, render};
-use luxmap::report::Results;
+use luxmap::results::Results;
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
+use luxmap::study::check::scenes::room;
 
 /// Seeds, unless said otherwise.
 const SEEDS: u64 = 200;

@@ -11,14 +11,14 @@ use std::time::Instant;
 
 use glam::Vec3;
 use luxmap::embree::RayCaster;
+use luxmap::flux::Flux;
 use luxmap::gather::patches::{PatchGrid, PatchLight, PatchRecorder};
 use luxmap::gather::receiver::Receiver;
 use luxmap::gather::sight::{Records, Sight};
-use luxmap::luminaire::emit::Emission;
 use luxmap::office::{Office, Parameters, Windows};
-use luxmap::photon::Flux;
-use luxmap::photon::random::Seed;
+use luxmap::photon::emit::Emission;
 use luxmap::photon::trace::{Flight, Recorder, Tracer};
+use luxmap::random::Seed;
 use luxmap::scene::Scene;
 use rayon::prelude::*;
 

@@ -9,14 +9,15 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use luxmap::embree::RayCaster;
+use luxmap::flux::Flux;
 use luxmap::gather::receiver::{CrossingRecorder, Keep, LandingRecorder};
-use luxmap::photon::Flux;
-use luxmap::photon::random::Seed;
 use luxmap::photon::trace::{Flight, Recorder, Tracer};
+use luxmap::photon_map::Tree;
 use luxmap::photon_map::{Kiddo, NearestPhotons, Paper, PhotonMap};
-use luxmap::render::{Settings, Tree, render};
+use luxmap::random::Seed;
+use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, render};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 const ROUNDS: usize = 7;
 /// Search radius of the gather, m.

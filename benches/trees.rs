@@ -9,11 +9,11 @@ use std::time::Instant;
 
 use luxmap::embree::RayCaster;
 use luxmap::gather::receiver::{LandingRecorder, Photons};
-use luxmap::photon::random::{Seed, Stream};
 use luxmap::photon::trace::Tracer;
 use luxmap::photon_map::{
     Block, BlockVisitor, BruteForce, KdTree, Kiddo, LANES, NearestPhotons, NearestSum, Paper, PhotonMap,
 };
+use luxmap::random::{Seed, Stream};
 use luxmap::scene::Scene;
 
 const ROUNDS: usize = 5;
@@ -92,7 +92,7 @@ struct Maps {
 fn compare(scene: &Scene, count: usize, table: &mut Table) {
     let photons = landings(scene, count);
     let map = || (photons.positions.clone(), photons.flux.clone());
-    fn built<T: NearestPhotons>((positions, flux): (Vec<[f32; 3]>, Vec<luxmap::photon::Flux<1>>)) -> PhotonMap<T, 1> {
+    fn built<T: NearestPhotons>((positions, flux): (Vec<[f32; 3]>, Vec<luxmap::flux::Flux<1>>)) -> PhotonMap<T, 1> {
         PhotonMap::build(positions, flux)
     }
     let maps = Maps { kd: built(map()), kiddo: built(map()), paper: built(map()) };

@@ -36,8 +36,9 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::geometry::Mesh;
 use crate::scene::glazing::Curves;
-use crate::scene::{Material, Mesh, Near};
+use crate::scene::{Material, Near};
 
 /// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of `f32`
 /// numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1 in 1000
@@ -588,7 +589,7 @@ mod sys {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photon::random::{Seed, Stream};
+    use crate::random::{Seed, Stream};
     use glam::{Quat, vec3};
 
     fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Arc<Mesh> {

@@ -91,3 +91,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
 }
+/// An error of content, not of the system.
+pub(crate) fn invalid(message: String) -> std::io::Error {
+    std::io::Error::new(std::io::ErrorKind::InvalidData, message)
+}

@@ -18,23 +18,27 @@
 //! an [`office`] is made up where none is at hand.
 
 pub mod batch;
-pub mod check;
 pub mod cli;
 pub mod control;
-pub mod convergence;
 pub mod dimming;
 pub mod embree;
 pub mod error;
+pub mod files;
+pub mod flux;
 pub mod gather;
-mod input;
+pub mod geometry;
 pub mod luminaire;
 pub mod office;
 pub mod photon;
 pub mod photon_map;
+pub mod progress;
+pub mod random;
 pub mod render;
 pub mod report;
+pub mod results;
 pub mod scene;
 mod sets;
 pub mod state;
-pub mod trees;
+pub mod study;
+mod text;
 pub mod units;

@@ -6,10 +6,10 @@ use std::fs;
 use std::process::Command;
 
 use common::{folder, mean, run_with, shipped};
+use luxmap::render::plan::{Method, Plan};
 use luxmap::render::{Keeping, Settings, render_in_bands};
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 /// The seed office with a floor of so many cells, sensors and nothing else.
 fn office(cells: [usize; 2]) -> Scene {

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use common::{assert_close, room, run_with, scene};
 use luxmap::render::Settings;
-use luxmap::report::{CameraImage, IlluminanceMap, Results};
-use luxmap::scene::plan::{Method, Plan};
+use luxmap::render::plan::{Method, Plan};
+use luxmap::results::{CameraImage, IlluminanceMap, Results};
 use luxmap::scene::{Dimming, Scene};
 
 fn camera(eye: [f64; 3], look_at: [f64; 3], fov: f64, pixels: [usize; 2]) -> String {

@@ -6,11 +6,11 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, run_with, scene};
-use luxmap::check::scenes::{diffuse, floor, point_lamp, polygon, room, sensor};
 use luxmap::render::Settings;
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::render::plan::Method;
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
+use luxmap::study::check::scenes::{diffuse, floor, point_lamp, polygon, room, sensor};
 
 /// Luminous intensity of the lamp, cd, and what the mirror reflects.
 const INTENSITY: f64 = 5000.0;

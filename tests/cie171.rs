@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use common::{assert_close, mean, room, run, scene, sensor};
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
 
 /// Case 5.2: a point source with I = 1000 cd · cos γ, 3 m above a plane; E = I₀ h²/(h² + x² + y²)². No error but
 /// single-precision positions (10⁻⁷ of 3 m, to the fourth power).

@@ -4,13 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use luxmap::control::report::{Simulation, json, page, table};
 use luxmap::control::{AnaRc, Controller, Installation, Observation, Parameters, Phase, Script, Series};
 use luxmap::control::{phases, simulate, simulate_with};
 use luxmap::dimming::influence::{Dimmable, Place};
 use luxmap::dimming::{Goal, Influence, solve};
 use luxmap::luminaire::Supply;
-use luxmap::photon::random::Stream;
-use luxmap::report::control::{Simulation, json, page, table};
+use luxmap::random::Stream;
 
 /// Twelve lamps of 3000 lm, cos-shaped, 1.95 m above five desks: E = (Φ/π) h²/r⁴ of each, no walls. Power 0.5 W … 30 W.
 fn room(targets: [Option<f64>; 5]) -> Influence {

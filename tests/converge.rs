@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use common::room;
-use luxmap::convergence::{Reference, ladder, reference};
+use luxmap::render::plan::Method;
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
+use luxmap::study::convergence::{Reference, ladder, reference};
 use serde_json::Value;
 
 const LAMP: &str =

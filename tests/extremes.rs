@@ -3,11 +3,11 @@
 mod common;
 
 use common::{room, run, run_with, scene};
-use luxmap::check::scenes::solid;
 use luxmap::render::Settings;
-use luxmap::report::{Results, Statistics, statistics};
+use luxmap::render::plan::Method;
+use luxmap::results::{Results, Statistics, statistics};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
+use luxmap::study::check::scenes::solid;
 
 /// A room of 4 × 3 × 2.5 m with a lamp, and a table top 2 cm thick that shades the middle of the floor: there is next to no
 /// direct light under it, so E_min is a matter of what bounces.

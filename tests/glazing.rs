@@ -5,12 +5,12 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, mean, run, run_with, scene};
-use luxmap::check::scenes::{another_room, diffuse, panel, point_lamp, polygon, room, solid};
 use luxmap::render::Settings;
-use luxmap::report::Results;
+use luxmap::render::plan::{Method, Plan};
+use luxmap::results::Results;
 use luxmap::scene::glazing::Curve;
-use luxmap::scene::plan::{Method, Plan};
 use luxmap::scene::{Glazing, Scene};
+use luxmap::study::check::scenes::{another_room, diffuse, panel, point_lamp, polygon, room, solid};
 
 const ALL: [Method; 4] = [Method::Gather, Method::Path, Method::Split, Method::Photons];
 

@@ -4,10 +4,12 @@ mod common;
 
 use common::{room, run_with, scene, sensor, shipped};
 use luxmap::luminaire::Luminaire;
+use luxmap::render::plan::{Method, Plan};
 use luxmap::render::{Settings, render};
-use luxmap::report::{ExtraLayers, IlluminanceMap, Results, exr::group_layers, write};
+use luxmap::report::exr::group_layers;
+use luxmap::report::{ExtraLayers, write};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 const METHODS: [Method; 4] = [Method::Gather, Method::Split, Method::Path, Method::Photons];
 

@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 
 use common::{room, run_with, scene, sensor};
 use luxmap::render::Settings;
-use luxmap::report::Results;
+use luxmap::render::plan::{Method, Plan};
+use luxmap::results::Results;
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 fn passes(scene: &Scene, method: Method, passes: u32, seed: u64) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));

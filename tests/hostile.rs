@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 
 use common::files::Folder;
 use hostile::Outcome;
-use luxmap::photon::random::{Seed, Stream};
+use luxmap::random::{Seed, Stream};
 use luxmap::scene::{Dimming, Scene};
 
 /// Readers have one folder each.

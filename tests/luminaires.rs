@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, mean, room, run, scene, sensor, shipped};
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
 
 /// On the axis of a Lambertian disc, E = π L r²/(r² + h²). The disc is computed as a regular 96-gon of the same area,
 /// whose corners stand 0.04 % of r outside: 10⁻⁶ of E at h = r.
@@ -44,7 +44,7 @@ fn a_panel_is_the_same_light_as_luminaire_and_as_mesh() {
     let obj = format!("mtllib mesh.mtl\n{walls}{quad}");
     let of_mesh = run(&scene("panel_mesh", &format!("{material}{plane}"), &obj), Method::Split, 200_000, 1);
 
-    let direct = |results: &luxmap::report::Results| {
+    let direct = |results: &luxmap::results::Results| {
         let direct = results.maps[0].direct.clone().expect("split knows direct light");
         direct.iter().sum::<f64>() / direct.len() as f64
     };

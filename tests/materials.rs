@@ -7,9 +7,9 @@ use std::fs;
 
 use common::{assert_close, folder, mean, room, run_with, scene, sensor};
 use luxmap::render::Settings;
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::render::plan::{Method, Plan};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 const ALL: [Method; 4] = [Method::Gather, Method::Path, Method::Split, Method::Photons];
 

@@ -9,9 +9,9 @@ use common::{assert_close, mean, room, run, run_with, scene, sensor};
 use glam::DVec3;
 use luxmap::luminaire::web::Web;
 use luxmap::render::Settings;
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::render::plan::{Method, Plan};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 /// An LM-63-2002 file, absolute photometry: horizontal angles, vertical angles, the opening's width, length and height, cd.
 fn ies(planes: &[f64], angles: &[f64], opening: [f64; 3], candela: impl Fn(f64, f64) -> f64) -> String {

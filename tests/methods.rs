@@ -7,10 +7,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use common::{mean, room, run_with, scene, sensor, shipped};
-use luxmap::render::{Progress, Settings, render};
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::progress::Progress;
+use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, render};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
 
 /// √(mean σ²) over the mean, %.
 fn claim(map: &IlluminanceMap) -> f64 {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use common::files::{Folder, stderr, stdout};
 use luxmap::luminaire::Opening;
-use luxmap::scene::plan::{Method, Plan};
+use luxmap::render::plan::{Method, Plan};
 use luxmap::scene::{Dimming, LoadOptions, Material, Scene};
 
 /// A room of 4 m × 4 m × 3 m whose materials have names that can be replaced.
@@ -526,7 +526,7 @@ fn emitters_dimmer_than_any_lamp_are_told() {
     assert_eq!((small(60.0), small(110.0)), (1, 0));
     // Dimming is no fault of the file.
     let levels = [("lamp".to_owned(), 0.001)].into_iter();
-    let dimming = Dimming::Levels(luxmap::dimming::Levels::new(levels));
+    let dimming = Dimming::Levels(luxmap::scene::Levels::new(levels));
     let obj = format!("mtllib r.mtl\n{VERTICES}{FACES}v 1 1 2\nv 2 1 2\nv 2 2 2\nusemtl lamp\nf 9 10 11\n");
     let mtl = format!("{MTL}newmtl lamp\nKd 0\nKe 1000\n");
     let files = Files::new(&[("s.toml", SCENE.as_bytes()), ("r.obj", obj.as_bytes()), ("r.mtl", mtl.as_bytes())]);

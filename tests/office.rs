@@ -13,8 +13,8 @@ use luxmap::office::furniture::Item;
 use luxmap::office::shapes::{Bent, Detail, RoundedBox, Sink, ball, lathe, outline, parabola, tube};
 use luxmap::office::write::Written;
 use luxmap::office::{Office, Parameters, Windows};
+use luxmap::render::plan::Method;
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
 
 const FILES: [&str; 4] = ["office.obj", "office.mtl", "downlight.ies", "office.toml"];
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use luxmap::luminaire::photometry::{Format, Kind, Photometry, Shape, Symmetry};
-use luxmap::photon::random::{Seed, Stream};
+use luxmap::random::{Seed, Stream};
 
 /// Steps of the tables written here, degrees.
 const STEP: [f64; 2] = [15.0, 5.0];

@@ -11,8 +11,8 @@ use std::path::Path;
 
 use common::{assert_close, folder, run};
 use luxmap::luminaire::photometry::{Format, Kind, Photometry, Shape, Symmetry};
+use luxmap::render::plan::Method;
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
 use zip::CompressionMethod;
 
 /// γ from 0° to 90°.

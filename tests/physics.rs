@@ -5,8 +5,9 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, mean, room, run, run_with, scene, sensor};
-use luxmap::render::{Settings, Tree};
-use luxmap::scene::plan::Method;
+use luxmap::photon_map::Tree;
+use luxmap::render::Settings;
+use luxmap::render::plan::Method;
 
 /// Four times the distance to a small lamp, a sixteenth of the illuminance: exact but for single-precision positions.
 #[test]

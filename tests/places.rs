@@ -5,7 +5,7 @@ mod common;
 use std::fmt::Write as _;
 
 use common::{folder, room, run, scene};
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
 
 /// OBJ text of a ball of 8 × 16 facets that stands behind `obj`; its normals point outward, or inward for a cavity.
 fn with_ball(mut obj: String, centre: [f64; 3], radius: f64, material: &str, inward: bool) -> String {

@@ -3,10 +3,11 @@
 mod common;
 
 use common::{room, run, scene, sensor};
-use luxmap::check::scenes::{another_room, polygon, solid};
 use luxmap::gather::reach::Standing;
-use luxmap::report::{Results, json, table, without};
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
+use luxmap::report::{json, table};
+use luxmap::results::{Results, without};
+use luxmap::study::check::scenes::{another_room, polygon, solid};
 
 const MATERIALS: [(&str, &str); 4] = [
     ("wall", "reflectance = 0.6"),

@@ -5,8 +5,8 @@ mod common;
 use std::path::Path;
 
 use common::{run, shipped};
-use luxmap::report::IlluminanceMap;
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
+use luxmap::results::IlluminanceMap;
 
 /// (RMSE, bias) in % of the reference's mean, over the points both have a value at; all points of the reference must.
 fn against_reference(map: &IlluminanceMap) -> (f64, f64) {

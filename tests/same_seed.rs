@@ -3,11 +3,11 @@
 mod common;
 
 use common::{run, shipped};
-use luxmap::report::Results;
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
+use luxmap::results::Results;
 
 fn bits(results: &Results) -> Vec<u64> {
-    let of_map = |map: &luxmap::report::IlluminanceMap| {
+    let of_map = |map: &luxmap::results::IlluminanceMap| {
         let rgb = map.rgb.iter().flatten().flatten().copied().collect::<Vec<_>>();
         [map.illuminance.clone(), map.standard_error.clone(), rgb].concat()
     };

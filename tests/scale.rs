@@ -9,11 +9,11 @@ use std::fs;
 use std::path::Path;
 
 use common::{assert_close, mean, room, run_with, scene, sensor};
-use luxmap::check::scenes::polygon;
 use luxmap::render::Settings;
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::render::plan::Method;
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::Method;
+use luxmap::study::check::scenes::polygon;
 
 /// A square of ground, bright.
 fn below(half: f64, z: f64) -> String {

@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use luxmap::check::{cases, document};
+use luxmap::study::check::{cases, document};
 
 /// Every quick case is inside its bound, or refused or warned of as it should be. What `luxmap check` runs beyond them takes
 /// minutes.

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use common::{assert_close, room, run, run_with, scene};
 use glam::DVec3;
 use luxmap::render::Settings;
-use luxmap::report::{Results, SurfaceMap};
-use luxmap::scene::plan::Method;
+use luxmap::render::plan::Method;
+use luxmap::results::{Results, SurfaceMap};
 
 /// 10,000 lm to all sides.
 const LAMP: &str = "[[luminaire]]\nname = \"lamp\"\nflux = 10000\nposition = ";

@@ -1,8 +1,8 @@
 //! Every tree finds what brute force finds: distances, not indices, since photons at equal distance may be swapped.
 
-use luxmap::photon::Flux;
-use luxmap::photon::random::Seed;
+use luxmap::flux::Flux;
 use luxmap::photon_map::{Block, BlockVisitor, BruteForce, KdTree, Kiddo, NearestPhotons, Paper, PhotonMap};
+use luxmap::random::Seed;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 

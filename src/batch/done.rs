@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::batch::report::Figures;
 use crate::error::Error;
+use crate::files;
 use crate::render::Settings;
-use crate::report::batch::Figures;
-use crate::report::{ExtraLayers, file};
+use crate::report::ExtraLayers;
 use crate::state::file::Recipe;
 
 /// Name of the marker in a run's folder.
@@ -90,7 +91,7 @@ impl Done {
         };
         let files = written.iter().map(file).collect::<Result<_, Error>>()?;
         let done = Self { asked, figures, warnings, missed, files };
-        file::write_whole(&folder.join(NAME), &mut |out| {
+        files::write_whole(&folder.join(NAME), &mut |out| {
             out.write_all(&serde_json::to_vec_pretty(&done)?)?;
             out.flush()?;
             out.get_ref().sync_all()

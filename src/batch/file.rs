@@ -6,8 +6,9 @@ use toml::de::DeTable;
 
 use super::{Kind, Options, Run};
 use crate::error::{InputError, Location};
-use crate::report::stems;
-use crate::scene::fields::{Fields, Placed, Source, Word, quoted};
+use crate::files::stems;
+use crate::scene::fields::{Fields, Placed, Source, Word};
+use crate::text::quoted;
 
 /// Most runs of one batch.
 const MOST_RUNS: usize = 100_000;

@@ -6,6 +6,7 @@
 
 pub mod done;
 pub mod file;
+pub mod report;
 
 use std::path::PathBuf;
 

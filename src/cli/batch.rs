@@ -8,13 +8,14 @@ use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, one_line, print, sentence};
 use crate::batch::done::{Asked, Done};
 use crate::batch::file::{is_batch, parse, plain};
+use crate::batch::report::{Figures, Row, Status, in_short, json, text, write};
 use crate::batch::{Kind, Options, Run, caught};
 use crate::error::{Error, InputError, Location};
-use crate::input;
+use crate::files;
+use crate::files::Claim;
+use crate::files::limits::LARGEST_SCENE;
 use crate::render::{Keeping, checkpoint_files};
-use crate::report::batch::{Figures, Row, Status, in_short, json, text, write};
-use crate::report::{self, Claim};
-use crate::scene::limits::LARGEST_SCENE;
+use crate::report::{self};
 
 /// Render many scenes, or one in many ways; the same command again goes on after any interruption.
 ///
@@ -107,8 +108,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 /// The batch's name and runs.
 fn read(files: &[PathBuf]) -> Result<(String, Vec<Run>), Error> {
     for path in files {
-        let text = input::read(path, LARGEST_SCENE).map_err(|error| {
-            let found = if path.exists() { input::why(&error) } else { "no such file".into() };
+        let text = files::read(path, LARGEST_SCENE).map_err(|error| {
+            let found = if path.exists() { files::why(&error) } else { "no such file".into() };
             InputError::new(Location::file(path), found, "a batch file or a scene file, in TOML")
         })?;
         // A scene that is no text is a broken scene.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{Outcome, pool, print};
-use crate::check::{Case, cases, document};
 use crate::error::Error;
+use crate::study::check::{Case, cases, document};
 
 /// Run stiff and extreme cases, each against its exact answer: is what is found right, and as sure as it says? Exit code 1 if
 /// any is not.

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use super::influence::Found;
 use super::render;
 use super::{Include, Outcome, complain, influence, print, results_folder, sentence};
+use crate::control::report::{Simulation, json, table, write};
 use crate::control::{Script, simulate};
 use crate::dimming::Influence;
 use crate::error::{Error, InputError, Location};
-use crate::input;
-use crate::report::Claim;
-use crate::report::control::{Simulation, json, table, write};
+use crate::files;
+use crate::files::Claim;
 use crate::scene::Dimming;
 
 /// Largest script read, bytes.
@@ -132,7 +132,7 @@ fn computed(arguments: &Arguments, folder: &Path) -> Result<Found, Error> {
 /// The text of the script.
 fn read(path: &Path) -> Result<String, InputError> {
     let refuse = |found: String| InputError::new(Location::file(path), found, "a script of luxmap control, in TOML");
-    let found = |error| if path.exists() { input::why(&error) } else { "no such file".into() };
-    let bytes = input::read(path, LARGEST).map_err(|error| refuse(found(error)))?;
+    let found = |error| if path.exists() { files::why(&error) } else { "no such file".into() };
+    let bytes = files::read(path, LARGEST).map_err(|error| refuse(found(error)))?;
     String::from_utf8(bytes).map_err(|_| refuse("bytes that are no UTF-8".into()))
 }

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use super::progress::Bar;
 use super::render::{choose_planes, method_parser, named};
 use super::{Include, Outcome, complain, pool, print, results_folder};
-use crate::convergence::{Common, Study, ladder, reference};
 use crate::error::Error;
-use crate::render::Tree;
-use crate::report::{Claim, convergence};
+use crate::files::Claim;
+use crate::photon_map::Tree;
+use crate::render::plan::Method;
 use crate::scene::Scene;
-use crate::scene::plan::Method;
+use crate::study::convergence::report;
+use crate::study::convergence::{Common, Study, ladder, reference};
 
 /// Photons a pass, where the user names none: the seed office takes about a minute with three methods and three seeds.
 const PHOTONS: [u64; 5] = [30_000, 100_000, 300_000, 1_000_000, 3_000_000];
@@ -95,11 +96,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     })?;
     drop(bar);
 
-    let written = convergence::write(&study, &folder)?;
+    let written = report::write(&study, &folder)?;
     if arguments.json {
-        print(&convergence::json(&study))?;
+        print(&report::json(&study))?;
     } else {
-        print(&convergence::table(&study))?;
+        print(&report::table(&study))?;
         let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
         print(&format!("wrote {}\n", names.join(" and ")))?;
     }

@@ -9,14 +9,18 @@ use super::render::{self, Job, layers};
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, influence, print, results_folder};
 use crate::dimming::influence::Place;
-use crate::dimming::met::{CONFIDENCE, sigmas};
+use crate::dimming::report::{Found as Reported, dimming};
 use crate::dimming::sure::{Known, Readings, Sure, solve_surely};
-use crate::dimming::{Goal, Influence, Levels, Verdict, page, sure};
+use crate::dimming::{Goal, Influence, page, sure};
 use crate::error::Error;
+use crate::files::Claim;
 use crate::render::Keeping;
-use crate::report::dimming::{Found as Reported, dimming};
-use crate::report::{self, Claim, Results};
+use crate::report::{self};
+use crate::results::Results;
+use crate::results::Verdict;
+use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::Dimming;
+use crate::scene::Levels;
 
 /// Find dimming levels that reach every sensor's target at least power, and verify them by renders.
 ///
@@ -202,7 +206,7 @@ fn tell_missed(reported: &Reported<'_>, goal: Goal) -> bool {
                 known.mean.most(number)
             ),
             Some(Verdict::Missed) => format!("target {asked} is not met: {lux:.1} ± {error:.1} lx with these levels"),
-            Some(Verdict::Undecided) if goal == Goal::LeastPower => format!(
+            Some(Verdict::Undecided { .. }) if goal == Goal::LeastPower => format!(
                 "target {asked} is not surely met: {lux:.1} ± {error:.1} lx with these levels; a smaller --error decides"
             ),
             _ => continue,

@@ -5,12 +5,14 @@ use std::path::Path;
 use super::render::{self, Job, layers};
 use super::signals::end_after_pass;
 use super::{Outcome, complain, print, results_folder};
-use crate::dimming::met::{CONFIDENCE, sigmas};
 use crate::dimming::sure::Known;
 use crate::dimming::{Influence, page};
 use crate::error::Error;
+use crate::files::Claim;
 use crate::render::Keeping;
-use crate::report::{self, Claim, Results, dimming};
+use crate::report;
+use crate::results::Results;
+use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::Scene;
 
 /// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
@@ -35,7 +37,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     if arguments.json {
         print(&format!("{}\n", influence.json()))?;
     } else {
-        print(&dimming::influence(&influence))?;
+        print(&crate::dimming::report::influence(&influence))?;
         print(&format!("wrote {} files to {}\n", written.len(), folder.display()))?;
     }
     results.run.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));

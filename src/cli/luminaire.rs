@@ -10,12 +10,12 @@ use rayon::prelude::*;
 use super::progress::Bar;
 use super::{Outcome, complain, one_line, print};
 use crate::error::{Error, InputError, Location};
-use crate::input;
+use crate::files;
+use crate::files::Claim;
+use crate::files::limits::LARGEST_PHOTOMETRY;
 use crate::luminaire::photometry::Photometry;
-use crate::render::Progress as _;
-use crate::report::Claim;
+use crate::progress::Progress as _;
 use crate::report::luminaire::{self, Entry, Figures, Sheet};
-use crate::scene::limits::LARGEST_PHOTOMETRY;
 
 /// Read photometric files: flux, intensities, opening, how they lie in the room, with drawings; many as a list.
 ///
@@ -162,7 +162,7 @@ fn in_folder(folder: &Path, files: &mut Vec<Listed>) -> Result<usize, Error> {
             Err(error) => {
                 let unread = InputError::new(
                     Location::file(&inner),
-                    format!("a folder that can't be read ({})", input::why(&error)),
+                    format!("a folder that can't be read ({})", files::why(&error)),
                     "a folder of photometric files",
                 );
                 found.push(Listed { name: name(&inner), path: inner, unread: Some(unread.to_string()) });
@@ -202,7 +202,7 @@ fn is_photometric(path: &Path) -> Option<bool> {
     }
     PERHAPS.contains(&ending.as_str()).then(|| {
         let mut beginning = Vec::new();
-        let read = input::open(path, LARGEST_PHOTOMETRY).map(|file| file.take(4096).read_to_end(&mut beginning));
+        let read = files::open(path, LARGEST_PHOTOMETRY).map(|file| file.take(4096).read_to_end(&mut beginning));
         // Whatever the encoding: letters of UTF-16 are those of ASCII with zeros between them.
         let letters: Vec<u8> = beginning.into_iter().filter(|byte| *byte != 0).collect();
         let text = String::from_utf8_lossy(&letters).to_ascii_lowercase();

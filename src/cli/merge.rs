@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::render::{Job, layers, write};
 use super::{Include, Outcome, results_folder};
 use crate::error::{Error, InputError, Location};
+use crate::files::Claim;
 use crate::render::Keeping;
-use crate::report::Claim;
 use crate::state::file::Kept;
 
 /// Put together what runs of one scene with other passes or seeds have found, as if one run had done all passes.

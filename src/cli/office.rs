@@ -9,7 +9,7 @@ use super::render::named;
 use super::{Outcome, print};
 use crate::error::Error;
 use crate::office::{Office, Parameters, Windows};
-use crate::report::number;
+use crate::text::number;
 
 /// Make up an open-plan office: a large, realistic scene (OBJ, MTL, TOML, .ies), the same bytes for the same options.
 ///

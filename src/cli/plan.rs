@@ -7,9 +7,10 @@ use super::{Include, Outcome, complain, print};
 use crate::error::Error;
 use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
-use crate::report::{inventory, number};
+use crate::render::plan::Plan;
+use crate::report::inventory;
 use crate::scene::inventory::Inventory;
-use crate::scene::plan::Plan;
+use crate::text::number;
 
 /// Materials that are listed where not all of them are asked for.
 const MOST_MATERIALS: usize = 40;

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::signals::interrupted;
-use crate::render::Progress;
+use crate::progress::Progress;
 
 /// One bar, for the stage in hand.
 pub(super) struct Bar {

@@ -10,17 +10,21 @@ use clap::{Args as _, FromArgMatches as _};
 use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Include, Outcome, complain, pool, print, results_folder};
-use crate::dimming::met::{CONFIDENCE, sigmas};
 use crate::dimming::sure::Known;
-use crate::dimming::{Influence, Levels, influence, page};
+use crate::dimming::{Influence, influence, page};
 use crate::error::Error;
+use crate::files::Claim;
+use crate::photon_map::Tree;
 #[cfg(not(feature = "mpi"))]
 use crate::render::launched;
 #[cfg(feature = "mpi")]
 use crate::render::mpi::World;
-use crate::render::{Alone, IMAGE_ERROR, Keeping, MOST_CELLS, Settings, Team, Tree, memory, recipe, render_in_bands};
-use crate::report::{self, Claim, ExtraLayers, Results};
-use crate::scene::plan::{Method, Plan};
+use crate::render::plan::{Method, Plan};
+use crate::render::{Alone, IMAGE_ERROR, Keeping, MOST_CELLS, Settings, Team, memory, recipe, render_in_bands};
+use crate::report::{self, ExtraLayers};
+use crate::results::Results;
+use crate::results::met::{CONFIDENCE, sigmas};
+use crate::scene::Levels;
 use crate::scene::{Dimming, Scene};
 use crate::state::file::Recipe;
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::complain;
-use crate::report::file::remove_temporaries;
+use crate::files::write::remove_temporaries;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static PATIENT: AtomicBool = AtomicBool::new(false);

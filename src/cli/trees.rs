@@ -8,9 +8,10 @@ use super::progress::Bar;
 use super::render::{named, positive, stem};
 use super::{Include, Outcome, complain, print};
 use crate::error::Error;
-use crate::render::Tree;
-use crate::report::{Claim, trees as results};
-use crate::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, built_in_scene};
+use crate::files::Claim;
+use crate::photon_map::Tree;
+use crate::study::trees::report as results;
+use crate::study::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, built_in_scene};
 
 /// Compare kd-trees on a scene's photons and on hard cases; writes trees.csv and trees.html.
 ///
@@ -130,7 +131,7 @@ fn check(arguments: &Arguments, real: bool) -> Result<(), Error> {
     }
 }
 
-type Measured = (Vec<crate::trees::Case>, Vec<crate::trees::Doubling>);
+type Measured = (Vec<crate::study::trees::Case>, Vec<crate::study::trees::Doubling>);
 
 fn compare(
     settings: &Settings,
@@ -138,7 +139,7 @@ fn compare(
     landings: &Landings,
     pools: &Pools,
     bar: &Bar,
-) -> Result<Measured, crate::trees::Disagreement> {
+) -> Result<Measured, crate::study::trees::Disagreement> {
     let mut cases = Vec::new();
     for &set in &settings.sets {
         for &photons in &settings.photons {

@@ -8,6 +8,7 @@
 
 mod ana_rc;
 mod optimum;
+pub mod report;
 mod script;
 mod summary;
 mod uniform;
@@ -15,7 +16,7 @@ mod uniform;
 use crate::dimming::influence::{Dimmable, Place};
 use crate::dimming::{Answer, Goal, Influence, solve};
 use crate::error::{Error, InputError};
-use crate::photon::random::{Seed, Stream};
+use crate::random::{Seed, Stream};
 use crate::scene::fields::Fields;
 pub use ana_rc::{AnaRc, Parameters};
 pub use script::{Act, Event, Script};

@@ -2,7 +2,7 @@
 
 use super::{Controller, Installation, Make, Observation};
 use crate::error::InputError;
-use crate::photon::random::Stream;
+use crate::random::Stream;
 use crate::scene::fields::Fields;
 
 /// Knows everything: the levels of least power for what is true.

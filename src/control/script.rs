@@ -30,8 +30,10 @@ use toml::de::DeTable;
 use super::{CONTROLLERS, Make};
 use crate::dimming::Influence;
 use crate::error::{InputError, Location};
-use crate::report::number::{duration, short};
-use crate::scene::fields::{Fields, Placed, Source, closest, listed, quoted};
+use crate::scene::fields::{Fields, Placed, Source, closest};
+use crate::text::listed;
+use crate::text::number::{duration, short};
+use crate::text::quoted;
 
 /// Most rows × (sensors + luminaires) of a simulation.
 const MOST_VALUES: f64 = 5e7;

@@ -1,7 +1,7 @@
 //! What a simulation comes to, phase by phase.
 
 use super::{Row, Script, Series};
-use crate::dimming::met::is_within;
+use crate::results::met::is_within;
 
 /// Targets count as met from when on they are met for so long, s: a luminaire's try may miss one for a moment.
 pub const HOLD: f64 = 20.0;

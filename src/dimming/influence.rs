@@ -8,10 +8,12 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use crate::error::invalid;
 use crate::error::{Error, InputError, Location};
-use crate::input;
+use crate::files;
 use crate::luminaire::{Distribution, Luminaire, Opening, Supply};
-use crate::report::{Results, file, invalid, npy};
+use crate::report::npy;
+use crate::results::Results;
 use crate::scene::Scene;
 
 /// Largest file read, bytes.
@@ -187,7 +189,7 @@ impl Influence {
         let refuse = |at: Location, found: String| {
             Error::Input(InputError::new(at, found, "an influence.json that luxmap influence has written"))
         };
-        let text = input::read(path, LARGEST).map_err(|error| refuse(Location::file(path), input::why(&error)))?;
+        let text = files::read(path, LARGEST).map_err(|error| refuse(Location::file(path), files::why(&error)))?;
         let influence: Self = serde_json::from_slice(&text)
             .map_err(|error| refuse(Location::line(path, error.line().max(1)), error.to_string()))?;
         match influence.fault() {
@@ -229,9 +231,9 @@ impl Influence {
         };
         let plain = |table: &[Vec<f64>]| table.iter().map(|row| row.iter().copied().map(Some).collect()).collect();
         let mut written = Vec::new();
-        let mut save = |name: &str, content: &mut dyn FnMut(&mut file::Writer) -> io::Result<()>| {
+        let mut save = |name: &str, content: &mut dyn FnMut(&mut files::Writer) -> io::Result<()>| {
             let path = folder.join(name);
-            file::write_whole(&path, content)?;
+            files::write_whole(&path, content)?;
             written.push(path);
             Ok::<(), Error>(())
         };

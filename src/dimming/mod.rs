@@ -2,13 +2,10 @@
 //! workers ask for at least power, and control loops that look for them.
 
 pub mod influence;
-mod levels;
-pub mod met;
 pub mod page;
+pub mod report;
 mod solve;
 pub mod sure;
 
 pub use influence::Influence;
-pub use levels::Levels;
-pub use met::Verdict;
 pub use solve::{Answer, Goal, solve};

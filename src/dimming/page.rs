@@ -7,10 +7,11 @@ use glam::DVec3;
 use super::Answer;
 use super::sure::Known;
 use crate::error::Error;
+use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
-use crate::render::corners;
 use crate::report::live::{Lamp, Map, Page, Sensor};
-use crate::report::{IlluminanceMap, Results, table};
+use crate::report::table;
+use crate::results::{IlluminanceMap, Results};
 use crate::scene::Scene;
 
 /// How far from a plane a sensor may be and still move along it, m.
@@ -49,7 +50,7 @@ pub fn write(
     };
     let layers = |map: &IlluminanceMap| -> Vec<Vec<f32>> {
         let whole = || vec![map.illuminance.iter().map(|lux| (lux / level(0)) as f32).collect()];
-        let part = |(number, group): (usize, &crate::report::GroupMap)| {
+        let part = |(number, group): (usize, &crate::results::GroupMap)| {
             let full = (1.0 / level(number)) as f32;
             group.illuminance.iter().map(|lux| lux * full).collect()
         };

@@ -9,9 +9,9 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
 use super::Influence;
-use super::met::is_within;
 use crate::error::Error;
 use crate::luminaire::along;
+use crate::results::met::is_within;
 
 /// What to look for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

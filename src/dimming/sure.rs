@@ -5,10 +5,11 @@
 //! reach every target with a margin: z σ for what isn't known of R d, and as much for the noise of a render that checks it. The
 //! margin depends on the levels, so it is found in rounds.
 
-use super::met::{Verdict, is_within};
+use super::Influence;
 use super::solve::{Answer, Goal, Missed, solve};
-use super::{Influence, met};
 use crate::error::Error;
+use crate::results::Verdict;
+use crate::results::met::{self, is_within};
 
 /// Rounds of solving in which margins settle.
 const ROUNDS: usize = 8;
@@ -160,7 +161,7 @@ impl Known {
         let verdict = |sensor: usize| {
             let (lux, error) = (self.mean.illuminance(sensor, levels), self.error(sensor, levels));
             let spare = error.hypot(self.noise(sensor, levels));
-            Some(Verdict::of(lux, z * spare, z * error, self.mean.sensors[sensor].band()?))
+            Some(Verdict::within(lux, z * spare, z * error, self.mean.sensors[sensor].band()?))
         };
         (0..self.mean.sensors.len()).map(verdict).collect()
     }
@@ -169,7 +170,7 @@ impl Known {
     fn holds(&self, levels: &[f64], z: f64) -> bool {
         self.verdicts(levels, z).iter().enumerate().all(|(sensor, verdict)| {
             match (verdict, self.mean.sensors[sensor].band()) {
-                (Some(Verdict::Missed | Verdict::Undecided), Some([target, _])) => {
+                (Some(Verdict::Missed | Verdict::Undecided { .. }), Some([target, _])) => {
                     !met::reaches(self.mean.most(sensor) + z * self.error(sensor, levels), target)
                 }
                 _ => true,

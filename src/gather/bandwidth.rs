@@ -8,7 +8,7 @@
 
 use super::density::Estimate;
 use super::smooth::box_means;
-use crate::photon::flux::photometric;
+use crate::flux::photometric;
 
 /// k of the estimates that stand side by side, as multiples of the k asked for.
 pub const SCALES: [f64; 4] = [2.0, 0.7, 0.25, 0.08];

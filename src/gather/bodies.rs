@@ -10,9 +10,9 @@ use glam::{DVec3, Vec3};
 use super::direct::blockers::Blockers;
 use super::direct::{Asked, DirectGroups, DirectLight, direct_light_for};
 use super::receiver::Receiver;
+use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
-use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
+use crate::random::Seed;
 use crate::scene::Measure;
 
 /// Cells about a cylinder. An odd number n resolves the corner of max(0, cos φ) as 2n would: one source is read to
@@ -183,7 +183,7 @@ pub fn direct_on_bodies<const C: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photon::random::Seed;
+    use crate::random::Seed;
 
     const ALL: [Measure; 4] = [
         Measure::Cylindrical,

@@ -13,10 +13,10 @@ use glam::Vec3;
 use super::caustics::{CausticMap, Scratch};
 use super::sight::{Last, Records, Sight, cross_pane};
 use crate::embree::{Hit, RayCaster};
-use crate::photon::flux::Flux;
+use crate::flux::Flux;
 use crate::photon::media::Media;
-use crate::photon::random::Stream;
 use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
+use crate::random::Stream;
 
 /// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.

@@ -4,11 +4,11 @@
 use glam::Vec3;
 
 use crate::embree::RayCaster;
+use crate::flux::Flux;
 use crate::gather::density::Search;
-use crate::photon::flux::Flux;
-use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, History, Recorder};
 use crate::photon_map::{self, KdTree, NearestPhotons};
+use crate::random::Stream;
 
 /// Rays in the surface about a point that look for walls around it.
 const FAN: usize = 16;

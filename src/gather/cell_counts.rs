@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
-use crate::photon::random::low_discrepancy;
+use crate::random::low_discrepancy;
 
 /// Points of a side of a cell's edge that its middle looks at: what cuts the cell stands before one of them.
 const LOOKS: usize = 8;

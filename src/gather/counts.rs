@@ -15,11 +15,12 @@ use super::cell_counts::Cells;
 use super::density::Estimate;
 use super::receiver::{Keep, Receiver};
 use crate::embree::RayCaster;
+use crate::flux::{Flux, photometric};
+use crate::geometry::Mesh;
 use crate::luminaire::LightGroups;
-use crate::photon::flux::{Flux, photometric};
-use crate::photon::random::{Seed, Stream};
 use crate::photon::trace::{Flight, History, Recorder};
-use crate::scene::{MeasuredSurface, Mesh};
+use crate::random::{Seed, Stream};
+use crate::scene::MeasuredSurface;
 use crate::state::Sum;
 use crate::state::tape::Tape;
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::io;
 
 use super::surroundings::{Surroundings, View, kernel};
-use crate::photon::flux::photometric;
+use crate::flux::photometric;
 use crate::photon_map::{Block, BlockVisitor, LANES, MARKED, NearestPhotons, PhotonMap};
 use crate::state::Sum;
 use crate::state::tape::Tape;

@@ -5,11 +5,11 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::embree::RayCaster;
-use crate::luminaire::body::Body;
-use crate::luminaire::emit::{Front, triangle_area};
+use crate::flux::channels;
+use crate::geometry::body::Body;
 use crate::luminaire::{Distribution, Luminaire, Opening, drawn_shares};
-use crate::photon::flux::channels;
-use crate::photon::random::Stream;
+use crate::photon::emit::{Front, off_body, triangle_area};
+use crate::random::Stream;
 
 /// Points on luminaires that are weighed against each other before one shadow ray is cast: all luminaires of a small
 /// scene have their turn, and in a large one the near ones still win.
@@ -118,7 +118,7 @@ impl<const C: usize> Lamp<C> {
     fn point(&self, from: Vec3, stream: &mut Stream, caster: &RayCaster) -> ((Vec3, Vec3), Times<'_>) {
         if let (Some(body), Distribution::Measured(_)) = (&self.body, &self.distribution) {
             let drawn_for = (from.as_dvec3() - body.centre).normalize_or(DVec3::Z);
-            let (point, normal) = body.point_seen(drawn_for, from, caster, stream);
+            let (point, normal) = off_body(body, body.point_seen(drawn_for, stream), from, caster);
             return ((point, normal.as_vec3()), Times::Body { drawn_for, normal, body });
         }
         let at = if self.front.is_point() { [0.0; 2] } else { stream.uniform_pair() };

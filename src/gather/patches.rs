@@ -13,11 +13,12 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use glam::Vec3;
 
 use crate::embree::{Hit, RayCaster};
+use crate::flux::{Flux, photometric};
+use crate::geometry::Mesh;
 use crate::luminaire::LightGroups;
-use crate::photon::flux::{Flux, photometric};
-use crate::photon::random::Stream;
 use crate::photon::trace::{Flight, Recorder};
-use crate::scene::{Mesh, Near};
+use crate::random::Stream;
+use crate::scene::Near;
 
 /// Hits nearer than this many patch sizes are too near for a patch's mean.
 const NEAR: f32 = 2.0;

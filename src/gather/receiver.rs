@@ -13,9 +13,9 @@ use rayon::prelude::*;
 
 use super::bodies::Body;
 use crate::embree::RayCaster;
-use crate::photon::flux::Flux;
-use crate::photon::random::Stream;
+use crate::flux::Flux;
 use crate::photon::trace::{Flight, History, Recorder};
+use crate::random::Stream;
 use crate::scene::measured::Sample;
 use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
 

@@ -18,7 +18,7 @@ use super::density::Estimate;
 use super::gates::{Gates, Step};
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
-use crate::photon::flux::photometric;
+use crate::flux::photometric;
 use crate::state::Sum;
 use crate::state::tape::Tape;
 

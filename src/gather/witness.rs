@@ -11,8 +11,8 @@ use std::io;
 use super::receiver::{Photons, Receiver};
 use super::smooth::{Samples, Smoother};
 use crate::embree::RayCaster;
-use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream};
+use crate::flux::photometric;
+use crate::random::{Seed, Stream};
 use crate::state::Sum;
 use crate::state::tape::Tape;
 

@@ -6,6 +6,8 @@
 
 use glam::DVec3;
 
+use crate::geometry::sin_cos_degrees;
+
 /// The direction of the C0 plane (the first size of a rectangle) for a luminaire that looks along the unit vector `aim`,
 /// turned by `rotation` degrees.
 ///
@@ -24,18 +26,6 @@ pub(crate) fn c0_direction(aim: DVec3, rotation: f64) -> DVec3 {
     let untwisted = if cosine < 1e-12 { DVec3::X } else { DVec3::X - (aim + down) * (aim.x / cosine) };
     let (sin, cos) = sin_cos_degrees(-rotation);
     (untwisted * cos + aim.cross(untwisted) * sin).normalize()
-}
-
-/// Sine and cosine of an angle in degrees, exact at quarter turns.
-pub(crate) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
-    let turned = degrees.rem_euclid(360.0);
-    match turned {
-        0.0 => (0.0, 1.0),
-        90.0 => (1.0, 0.0),
-        180.0 => (0.0, -1.0),
-        270.0 => (-1.0, 0.0),
-        _ => turned.to_radians().sin_cos(),
-    }
 }
 
 #[cfg(test)]

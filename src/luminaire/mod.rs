@@ -1,11 +1,10 @@
 //! What shines: its place, its opening, its flux and how that is spread over directions.
 
-pub mod body;
 pub(crate) mod colour;
-pub mod emit;
 pub(crate) mod frame;
 pub mod groups;
 pub mod intensity;
+pub(crate) mod outline;
 pub mod photometry;
 mod supply;
 pub mod web;
@@ -14,8 +13,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use self::body::Body;
 use self::web::Measured;
+use crate::geometry::body::Body;
 use crate::units::Lumens;
 pub use groups::LightGroups;
 pub use supply::Supply;

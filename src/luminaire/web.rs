@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::frame::c0_direction;
 use super::intensity::Intensity;
-use crate::photon::random::Stream;
+use crate::random::Stream;
 
 /// Wedges by which a distribution of one plane is judged around its axis.
 const WEDGES: usize = 24;
@@ -287,7 +287,7 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photon::random::Seed;
+    use crate::random::Seed;
 
     /// Tables of every kind: one plane or several, uneven steps, dark cells, light upwards, a jump, a narrow spot.
     fn tables() -> Vec<(&'static str, Intensity)> {

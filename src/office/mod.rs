@@ -4,7 +4,7 @@
 //! how those become files. Furniture is made once for all that look alike, so memory grows with the detail, and hardly
 //! with the number of workstations.
 //!
-//! All is computed by + − × ÷ and √, which every machine rounds alike, and from [`Seed`](crate::photon::random::Seed):
+//! All is computed by + − × ÷ and √, which every machine rounds alike, and from [`Seed`](crate::random::Seed):
 //! the same parameters give the same bytes.
 //!
 //! Triangles: each workstation has about 2200 of them at detail 1, 13 000 at 2, 94 000 at 5 and 560 000 at 16: the finest edges stop

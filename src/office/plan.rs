@@ -11,7 +11,7 @@ use super::furniture::{self, Item, Material};
 use super::shapes::{BoxGrid, Detail, Face};
 use super::{Parameters, Windows};
 use crate::error::Error;
-use crate::photon::random::{Seed, Stream};
+use crate::random::{Seed, Stream};
 
 /// Sizes of a module along x and y, m.
 const MODULE: [f64; 2] = [7.2, 4.8];

@@ -10,8 +10,8 @@ use super::furniture::{self, Item, Material};
 use super::plan::{Office, Place};
 use super::{Parameters, Windows};
 use crate::error::Error;
+use crate::files::write::write_whole;
 use crate::report;
-use crate::report::file::write_whole;
 
 /// Luminous efficacy of the luminaires at full output, lm/W, and what each draws when it is off, W.
 const EFFICACY: f64 = 120.0;

@@ -14,8 +14,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::random::{Stream, on_circle};
 use super::surface::mirror;
+use crate::random::{Stream, on_circle};
 
 /// Roughness below this counts as this: single precision tells no finer facets apart.
 const FINEST: f32 = 1e-4;
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    use crate::photon::random::Seed;
+    use crate::random::Seed;
 
     const ROUGHNESSES: [f32; 6] = [0.05, 0.1, 0.25, 0.5, 0.8, 1.0];
     const ANGLES: [f32; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 89.0];

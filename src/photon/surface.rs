@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::flux::{Flux, channels};
-use super::random::Stream;
 use super::rough::Microsurface;
+use crate::flux::{Flux, channels};
+use crate::random::Stream;
 use crate::scene::Material;
 use crate::scene::glazing::Curves;
 use crate::scene::material::{SHARP, Sides};
@@ -288,7 +288,7 @@ pub(crate) fn refract(direction: Vec3, facing: Vec3, ratio: f32) -> Option<(Vec3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photon::random::Seed;
+    use crate::random::Seed;
 
     /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the right
     /// side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.

@@ -8,13 +8,13 @@ use std::io;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::flux::{Flux, accumulate};
 use super::media::Media;
-use super::random::{Seed, Stream};
 use super::surface::{Fate, Surface, pass_glass};
 use crate::embree::{Hit, RayCaster};
+use crate::flux::{Flux, accumulate};
 use crate::luminaire::Luminaire;
-use crate::luminaire::emit::Emission;
+use crate::photon::emit::Emission;
+use crate::random::{Seed, Stream};
 use crate::scene::Scene;
 use crate::state::Sum;
 use crate::state::tape::Tape;

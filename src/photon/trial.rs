@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::random::Seed;
 use super::trace::{BOUNCE_CAP, Flight, Recorder, Tally, Tracer};
-use crate::photon::flux::{Flux, photometric};
+use crate::flux::{Flux, photometric};
+use crate::random::Seed;
 use crate::scene::Scene;
 
 /// Photons sent ahead: half a minute of them at most, where all are caught, on one thread.

@@ -9,16 +9,18 @@ mod brute_force;
 mod kd_tree;
 mod kiddo;
 mod paper;
+mod tree;
 
 pub use brute_force::BruteForce;
 pub use kd_tree::{KdTree, Scratch};
 pub use kiddo::Kiddo;
 pub use paper::Paper;
+pub use tree::Tree;
 
 pub use kd_tree::simd::LANES;
 use kd_tree::simd::Lines;
 
-use crate::photon::flux::{Flux, accumulate};
+use crate::flux::{Flux, accumulate};
 
 /// A search structure over photon positions.
 ///

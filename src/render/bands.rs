@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::results::outlines;
-use super::{Keeping, Progress, Settings, Stages, render_part, start};
+use super::{Keeping, Settings, Stages, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
-use crate::report::{Extremes, IlluminanceMap, Results, areas};
-use crate::scene::plan::Plan;
+use crate::progress::Progress;
+use crate::render::plan::Plan;
+use crate::results::{Extremes, IlluminanceMap, Results, areas};
 use crate::scene::{MeasuringPlane, Scene};
 
 /// Rows of neighbours on each side: as far as the widest window and the pooling of its noise reach.

@@ -7,15 +7,15 @@
 use rayon::prelude::*;
 
 use super::{Place, Rendering, Searches};
+use crate::flux::photometric;
 use crate::gather::bandwidth::{FIXED, SCALES, choose, of_ladder};
 use crate::gather::density::{
     Estimate, EstimateSum, GroupSums, LADDER, Search, local_linear_in_groups, local_linear_within, paper,
 };
 use crate::gather::receiver::{Crossings, Photons};
-use crate::photon::flux::photometric;
 use crate::photon_map::{NearestPhotons, PhotonMap};
 use crate::render::groups::DensityRows;
-use crate::scene::plan::Method;
+use crate::render::plan::Method;
 use crate::state::Sum;
 
 use super::passes::ROUNDS;

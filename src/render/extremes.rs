@@ -18,13 +18,13 @@ use rayon::prelude::*;
 use super::passes::{Engine, Look, faint_light, worst_of};
 use super::results::Cell;
 use super::{PURPOSE_EXTREMES, Place, Rendering};
+use crate::flux::photometric;
 use crate::gather::density::Estimate;
 use crate::gather::sight::Sight;
 use crate::gather::smooth::mean_of;
-use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
-use crate::report::{Extremes, Reading, areas};
-use crate::scene::plan::Method;
+use crate::random::Seed;
+use crate::render::plan::Method;
+use crate::results::{Extremes, Reading, areas};
 
 /// The level of asking at which rays are tried.
 const TRIAL: u64 = 3;

@@ -9,15 +9,15 @@ use rayon::prelude::*;
 
 use super::{Place, Rendering};
 use crate::error::Error;
+use crate::flux::photometric;
 use crate::gather::density::{GroupSums, LADDER};
 use crate::gather::receiver::Receiver;
 use crate::gather::smooth::POINT_BATCHES;
 use crate::gather::smooth::counts::Smoothed;
 use crate::luminaire::LightGroups;
-use crate::photon::flux::photometric;
-use crate::report::{GroupMap, GroupReading};
+use crate::render::plan::Method;
+use crate::results::{GroupMap, GroupReading};
 use crate::scene::Measure;
-use crate::scene::plan::Method;
 use crate::state::Sum;
 
 /// Most memory that light groups may take, bytes.

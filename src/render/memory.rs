@@ -9,8 +9,8 @@ use super::bands::{MOST_CELLS, cells_at_once};
 use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
 use crate::luminaire::LightGroups;
+use crate::render::plan::{Method, Plan};
 use crate::scene::Scene;
-use crate::scene::plan::{Method, Plan};
 
 /// The program itself, with Embree and its threads, bytes.
 const PROGRAM: u64 = 21_000_000;

@@ -9,7 +9,9 @@ pub mod memory;
 #[cfg(feature = "mpi")]
 pub mod mpi;
 mod passes;
+pub mod plan;
 mod results;
+mod settings;
 mod team;
 mod views;
 
@@ -19,6 +21,7 @@ use rayon::prelude::*;
 
 use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
+use crate::flux::photometric;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::counts::Counts;
 use crate::gather::density::{Estimate, Search};
@@ -31,148 +34,20 @@ use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother, WIDES
 use crate::gather::surroundings::{FAN, Surroundings};
 use crate::gather::witness::{Contradiction, Witness};
 use crate::luminaire::LightGroups;
-use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
 use crate::photon::trace::{BOUNCE_CAP, TallySum};
 use crate::photon::trial::Trial;
-use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper};
-use crate::report::{Extremes, Results};
+use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper, Tree};
+use crate::progress::Progress;
+use crate::random::Seed;
+use crate::render::plan::{Method, Plan};
+use crate::results::{Extremes, Results};
 use crate::scene::measured::Sample;
-use crate::scene::plan::{Method, Plan};
 use crate::scene::{Material, PlaneKind, Scene};
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
-pub(crate) use results::corners;
+pub use settings::{IMAGE_ERROR, PIXEL_RAYS, SENSOR_RAYS, Settings};
 pub use team::{Alone, Team, launched};
-
-/// Which tree holds the photons.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tree {
-    /// luxmap's own kd-tree.
-    Kd,
-    /// kiddo's immutable kd-tree.
-    Kiddo,
-    /// The paper's tree.
-    Paper,
-    /// No tree: every photon is looked at.
-    Brute,
-}
-
-impl Tree {
-    /// Every tree, by name.
-    pub const ALL: [(&'static str, Self); 4] =
-        [("kd", Self::Kd), ("kiddo", Self::Kiddo), ("paper", Self::Paper), ("brute", Self::Brute)];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Kd => "kd",
-            Self::Kiddo => "kiddo",
-            Self::Paper => "paper",
-            Self::Brute => "brute",
-        }
-    }
-}
-
-/// What a user may choose.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Photons a pass.
-    pub photons: u64,
-    /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`] times.
-    pub rays: u32,
-    /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
-    pub smooth: bool,
-    /// k; by method and number of photons where not given.
-    pub nearest: Option<usize>,
-    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see [`Scene::diagonal`]).
-    pub radius: Option<f64>,
-    /// Passes at most; as many as `error` and `time` ask for where not given.
-    pub passes: Option<u32>,
-    /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
-    /// themselves.
-    pub least_passes: u32,
-    /// The first of them: runs of different passes, or seeds, add up to one.
-    pub first_pass: u32,
-    /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
-    /// this, % of its mean; where there are only cameras, that of every image.
-    pub error: Option<f64>,
-    /// The run ends before this wall time is over, s, but for its first pass.
-    pub time: Option<f64>,
-    /// Which tree.
-    pub tree: Tree,
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Whether light groups are told apart, where there are several.
-    pub groups: bool,
-}
-
-impl Settings {
-    /// The settings for a plan where the user chooses nothing: one pass.
-    pub fn for_plan(plan: &Plan) -> Self {
-        let defaults = Self::of(plan.method);
-        // Caustics are few of all photons, and theirs alone.
-        let few = plan.method == Method::Gather && plan.caustics;
-        let photons = if few { 5 * defaults.photons } else { defaults.photons };
-        Self { photons, groups: plan.groups, ..defaults }
-    }
-
-    /// The settings of a method where nothing is known of the scene: one pass.
-    pub fn of(method: Method) -> Self {
-        let photons = match method {
-            Method::Seed => 30_000,
-            Method::Gather | Method::Path => 200_000,
-            Method::Split | Method::Photons => 1_000_000,
-        };
-        Self {
-            photons,
-            rays: 8,
-            smooth: method == Method::Gather,
-            nearest: None,
-            radius: None,
-            passes: Some(1),
-            least_passes: 1,
-            first_pass: 0,
-            error: None,
-            time: None,
-            tree: Tree::Kd,
-            seed: 0,
-            groups: false,
-        }
-    }
-}
-
-/// Rays of a sensor, and of a sample of a surface, for each ray of a grid point.
-pub const SENSOR_RAYS: u32 = 32;
-
-/// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
-pub const PIXEL_RAYS: u32 = 4;
-
-/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
-/// only; where maps or sensors end the run, an image that has it takes no more rays.
-pub const IMAGE_ERROR: f64 = 5.0;
-
-/// Hears how far a run has come.
-pub trait Progress: Sync {
-    /// A stage of `steps` steps begins.
-    fn stage(&self, name: &'static str, steps: u64);
-    /// `steps` more are done.
-    fn advance(&self, steps: u64);
-    /// A pass is over; the worst map's claimed standard error is now `percent` of its mean.
-    fn pass(&self, _passes: u32, _percent: f64) {}
-    /// Whether the run shall end after the pass in hand.
-    fn interrupted(&self) -> bool {
-        false
-    }
-}
-
-/// Hears nothing.
-impl Progress for () {
-    fn stage(&self, _: &'static str, _: u64) {}
-    fn advance(&self, _: u64) {}
-}
 
 /// Computes the illuminance of every measuring plane and sensor of a scene, on rayon's current thread pool. The same
 /// settings give the same bits for any number of threads.

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::embree::RayCaster;
 use crate::error::Error;
+use crate::flux::photometric;
 use crate::gather::camera::{Eye, first_surface};
 use crate::gather::caustics::{CausticMap, Caustics};
 use crate::gather::cell_counts::Cells;
@@ -21,13 +22,12 @@ use crate::gather::density::Search;
 use crate::gather::patches::{PatchGrid, PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
-use crate::luminaire::emit::triangle_area;
-use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, Stream, low_discrepancy};
+use crate::photon::emit::triangle_area;
 use crate::photon::trace::{Recorder, Tally, Tracer};
 use crate::photon_map::NearestPhotons;
-use crate::report::CameraImage;
-use crate::scene::plan::Method;
+use crate::random::{Seed, Stream, low_discrepancy};
+use crate::render::plan::Method;
+use crate::results::CameraImage;
 use crate::state::tape::Tape;
 use crate::state::{PassRange, Passes};
 

@@ -5,18 +5,19 @@ use glam::DVec3;
 use super::passes::worst_of;
 use super::{Place, Rendering};
 use crate::embree::RELATIVE_OFFSET;
+use crate::flux::photometric;
 use crate::gather::density::Estimate;
 use crate::gather::direct::DirectLight;
 use crate::gather::reach::Standing;
 use crate::gather::receiver::MIDDLE_SHARE;
 use crate::gather::witness::Contradiction;
+use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
-use crate::photon::flux::photometric;
 use crate::photon::trace::Tally;
-use crate::report::number::fine_percent;
-use crate::report::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
-use crate::scene::plan::Method;
+use crate::render::plan::Method;
+use crate::results::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
+use crate::text::number::fine_percent;
 use crate::units::Lumens;
 
 /// Photons, all passes together, below which the scatter of their batches tells little.
@@ -397,35 +398,6 @@ pub(super) fn outlines(scene: &Scene, plane: &MeasuringPlane) -> Vec<Vec<[f64; 2
     let flat = |corner: DVec3| [(corner - plane.corner).dot(along), (corner - plane.corner).dot(across)];
     let of = |luminaire: &Luminaire| corners(&luminaire.opening, plane.normal());
     scene.luminaires.iter().flat_map(of).map(|outline| outline.into_iter().map(flat).collect()).collect()
-}
-
-/// Polygons that bound an opening as seen from far away in direction `from`, local coordinates, m; none of a point.
-pub(crate) fn corners(opening: &Opening, from: DVec3) -> Vec<Vec<DVec3>> {
-    match opening {
-        Opening::Point { .. } => Vec::new(),
-        Opening::Rectangle { centre, half_width: w, half_depth: d } => {
-            vec![vec![*centre - *w - *d, *centre + *w - *d, *centre + *w + *d, *centre - *w + *d]]
-        }
-        Opening::Disc { centre, aim, radius } => {
-            let (x, y) = aim.any_orthonormal_pair();
-            vec![rim(*centre, x * *radius, y * *radius)]
-        }
-        Opening::Ellipse { centre, half_width, half_depth } => vec![rim(*centre, *half_width, *half_depth)],
-        Opening::Body(body) => {
-            // As seen from so far that rays are parallel.
-            let eye = body.centre + from * (1e7 * body.radius());
-            let mut outline = Vec::new();
-            body.outline(eye, &mut outline);
-            vec![outline.into_iter().map(|corner| eye + corner).collect()]
-        }
-        Opening::Triangles(triangles) => triangles.iter().map(|corners| corners.to_vec()).collect(),
-    }
-}
-
-/// An ellipse in 48 corners.
-fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3) -> Vec<DVec3> {
-    let corner = |(sin, cos): (f64, f64)| centre + half_width * cos + half_depth * sin;
-    (0..48).map(|step| corner((std::f64::consts::TAU * f64::from(step) / 48.0).sin_cos())).collect()
 }
 
 /// Peak memory of this process, bytes; 0 where the system doesn't say.

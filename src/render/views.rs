@@ -11,12 +11,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::embree::RayCaster;
+use crate::flux::photometric;
 use crate::gather::camera::{Draw, Eye, first_surface};
 use crate::gather::sight::Sight;
 use crate::gather::smooth::few;
-use crate::photon::flux::photometric;
-use crate::photon::random::{Seed, low_discrepancy};
-use crate::report::{CameraImage, Layer};
+use crate::random::{Seed, low_discrepancy};
+use crate::results::{CameraImage, Layer};
 use crate::scene::Camera;
 use crate::state::Sum;
 use crate::state::tape::Tape;

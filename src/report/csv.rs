@@ -7,8 +7,9 @@ use std::io::{self, Write};
 use ::csv::{Writer, WriterBuilder};
 use glam::DVec3;
 
-use crate::report::number::round_to;
-use crate::report::{GroupReading, IlluminanceMap, SensorReading, invalid};
+use crate::error::invalid;
+use crate::results::{GroupReading, IlluminanceMap, SensorReading};
+use crate::text::number::round_to;
 
 /// Columns of a plane's file.
 const PLANE: [&str; 5] = ["x_m", "y_m", "z_m", "E_lx", "standard_error_lx"];

@@ -26,12 +26,13 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 use glam::DVec3;
 
+use crate::error::invalid;
 use crate::error::{Error, InputError, Location};
-use crate::input;
-use crate::report::file::first_free;
-use crate::report::{IlluminanceMap, Run, invalid};
-use crate::scene::fields::listed;
-use crate::scene::limits::MOST_CELLS;
+use crate::files;
+use crate::files::limits::MOST_CELLS;
+use crate::files::write::first_free;
+use crate::results::{IlluminanceMap, Run};
+use crate::text::listed;
 use crate::units::luminance;
 pub use view::write_view;
 
@@ -139,7 +140,7 @@ pub(crate) fn size(path: &Path) -> std::result::Result<[usize; 2], Error> {
     let refuse = |found: String, expected: &str| InputError::new(Location::file(path), found, expected);
     let broken =
         |error: &dyn std::fmt::Display| refuse(error.to_string().replace(char::is_control, " "), "an OpenEXR image");
-    let file = input::open(path, u64::MAX).map_err(|error| broken(&input::why(&error)))?;
+    let file = files::open(path, u64::MAX).map_err(|error| broken(&files::why(&error)))?;
     let head = MetaData::read_from_unbuffered(file, false).map_err(|error| broken(&error))?;
     let samples = |header: &Header| {
         let Vec2(columns, rows) = header.layer_size;

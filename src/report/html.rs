@@ -5,11 +5,11 @@ use std::fmt::Display;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use crate::report::number::{count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
-use crate::report::table::{self, maintained, method};
-use crate::report::{
+use crate::report::table::{maintained, method};
+use crate::results::{
     AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, Verdict, statistics, without,
 };
+use crate::text::number::{count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
 use crate::units::Lumens;
 
 /// Looks of the page.
@@ -50,7 +50,7 @@ pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
 }
 
 /// A whole page that needs nothing else; `title` and `main` are HTML, `style` is added to the looks of every page.
-pub(super) fn document(title: &str, style: &str, main: &str) -> String {
+pub(crate) fn document(title: &str, style: &str, main: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -62,7 +62,7 @@ pub(super) fn document(title: &str, style: &str, main: &str) -> String {
 }
 
 /// What the user ought to know.
-pub(super) fn warnings(warnings: &[String]) -> String {
+pub(crate) fn warnings(warnings: &[String]) -> String {
     if warnings.is_empty() {
         return String::new();
     }
@@ -119,7 +119,7 @@ fn areas(map: &IlluminanceMap, claim: f64) -> String {
 
 /// An area's line.
 fn area(area: &AreaFigures, claim: f64) -> [String; 9] {
-    let [title, rest @ .., _] = table::area(area, claim);
+    let [title, rest @ .., _] = crate::report::table::area(area, claim);
     let [mean, min, max, uniformity, diversity, cells, required] = rest;
     [escape(&title), mean, min, max, uniformity, diversity, cells, required, verdict(area.verdict(claim))]
 }
@@ -366,12 +366,12 @@ fn explanation(method: &str) -> &'static str {
 }
 
 /// A headline and what belongs to it.
-pub(super) fn section(headline: &str, content: &str) -> String {
+pub(crate) fn section(headline: &str, content: &str) -> String {
     format!("<section>\n<h2>{headline}</h2>\n{content}</section>\n")
 }
 
 /// A table; cells are HTML.
-pub(super) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+pub(crate) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
     let line = |tag: &str, cells: &[String]| {
         let cells: String = cells.iter().map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
         format!("<tr>{cells}</tr>\n")
@@ -382,13 +382,13 @@ pub(super) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = 
 }
 
 /// Names and values, one pair on each line; both are HTML.
-pub(super) fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
+pub(crate) fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
     let rows = pairs.into_iter().map(|(name, value)| format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
     format!("<div class=\"scroll\"><table class=\"facts\">\n{}</table></div>\n", rows.collect::<String>())
 }
 
 /// Text made harmless in HTML, also within quotes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut html, character| {
         match character {
             '&' => html.push_str("&amp;"),

@@ -1,7 +1,7 @@
 //! What a scene is made of, as text for a person at a terminal: a table of its materials, and what was found in its meshes.
 
-use super::number::{count, short};
 use crate::scene::inventory::{Inventory, MaterialUse, MeshCheck, what_it_is};
+use crate::text::number::{count, short};
 
 /// Longest name in the table, characters.
 const LONGEST: usize = 40;

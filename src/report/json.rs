@@ -26,7 +26,7 @@
 use serde::Serialize;
 
 use crate::gather::reach::Standing;
-use crate::report::{
+use crate::results::{
     AreaFigures, CameraImage, FluxBalance, GroupMap, GroupReading, IlluminanceMap, Results, Run, SensorReading,
     Statistics, SurfaceMap, Verdict, statistics, without,
 };

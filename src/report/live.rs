@@ -13,7 +13,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::report::{file, html};
+use crate::files;
+use crate::report::html;
 use layers::Packer;
 use units::Unit;
 
@@ -144,7 +145,7 @@ impl Page<'_> {
     /// If a layer, mask or influence has another length than its plane or luminaires, or a value is not finite.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         let html = self.html();
-        file::write_whole(path, &mut |out| out.write_all(html.as_bytes()))
+        files::write_whole(path, &mut |out| out.write_all(html.as_bytes()))
     }
 
     /// The page as HTML; see [`Page::write`].

@@ -10,7 +10,7 @@ const ALIGNMENT: usize = 64;
 ///
 /// # Errors
 /// Where `out` fails.
-pub(super) fn write<const N: usize>(
+pub(crate) fn write<const N: usize>(
     rows: impl ExactSizeIterator<Item = [f32; N]>,
     out: &mut impl Write,
 ) -> io::Result<()> {
@@ -28,7 +28,7 @@ pub(crate) fn write_matrix(rows: &[Vec<f64>], columns: usize, out: &mut impl Wri
     rows.iter().flatten().try_for_each(|number| out.write_all(&number.to_le_bytes()))
 }
 
-fn write_header(kind: &str, shape: &str, out: &mut impl Write) -> io::Result<()> {
+pub(crate) fn write_header(kind: &str, shape: &str, out: &mut impl Write) -> io::Result<()> {
     let dictionary = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     let prefix = b"\x93NUMPY\x01\x00";
     let length = (prefix.len() + 2 + dictionary.len() + 1).next_multiple_of(ALIGNMENT) - prefix.len() - 2;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::html::escape;
-use crate::report::number::round_to;
+use crate::text::number::round_to;
 
 /// Size of a chart in its own units; text is 13 of them high.
 const WIDTH: f64 = 430.0;
@@ -19,7 +19,7 @@ const DIGIT: f64 = 8.3;
 
 /// How values become places.
 #[derive(Clone, Copy)]
-enum Scale {
+pub(crate) enum Scale {
     Linear,
     Logarithmic,
     /// Linear around 0, logarithmic beyond the threshold.
@@ -37,7 +37,7 @@ impl Scale {
 }
 
 /// One axis of a chart.
-pub(super) struct Axis {
+pub(crate) struct Axis {
     title: String,
     unit: &'static str,
     scale: Scale,
@@ -47,13 +47,13 @@ pub(super) struct Axis {
 
 impl Axis {
     /// A linear axis from `low` to `high`; without a unit it has no ticks.
-    pub(super) fn linear(title: &str, unit: &'static str, low: f64, high: f64) -> Self {
+    pub(crate) fn linear(title: &str, unit: &'static str, low: f64, high: f64) -> Self {
         let high = if high > low { high } else { low + 1.0 };
         Self { title: title.into(), unit, scale: Scale::Linear, low, high }
     }
 
     /// A logarithmic axis with room around the positive ones of `values`.
-    pub(super) fn logarithmic(title: &str, unit: &'static str, values: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn logarithmic(title: &str, unit: &'static str, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values
             .filter(|value| *value > 0.0 && value.is_finite())
             .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
@@ -63,7 +63,7 @@ impl Axis {
     }
 
     /// An axis of both signs around 0.
-    pub(super) fn symmetric(
+    pub(crate) fn symmetric(
         title: &str,
         unit: &'static str,
         threshold: f64,
@@ -76,7 +76,7 @@ impl Axis {
     }
 
     /// The least and the largest value that has a place.
-    pub(super) fn ends(&self) -> [f64; 2] {
+    pub(crate) fn ends(&self) -> [f64; 2] {
         [self.low, self.high]
     }
 
@@ -133,19 +133,19 @@ impl Axis {
 }
 
 /// A point of a series.
-pub(super) struct Mark {
-    pub(super) at: [f64; 2],
+pub(crate) struct Mark {
+    pub(crate) at: [f64; 2],
     /// Half the length of the bar up and down, in units of y.
-    pub(super) spread: Option<f64>,
+    pub(crate) spread: Option<f64>,
     /// Not to be trusted as much as others.
-    pub(super) hollow: bool,
+    pub(crate) hollow: bool,
     /// What a pointer that rests on it gets to read.
-    pub(super) hint: String,
+    pub(crate) hint: String,
 }
 
 /// Where a series' name stands.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Side {
+pub(crate) enum Side {
     /// Left of its last point.
     Left,
     /// Right of its last point.
@@ -155,18 +155,18 @@ pub(super) enum Side {
 }
 
 /// Points joined by a line, with their name at the end.
-pub(super) struct Series {
+pub(crate) struct Series {
     /// Number of its colour and shape.
-    pub(super) hue: usize,
+    pub(crate) hue: usize,
     /// Number among the series of that colour.
-    pub(super) dash: usize,
-    pub(super) label: String,
-    pub(super) side: Side,
-    pub(super) marks: Vec<Mark>,
+    pub(crate) dash: usize,
+    pub(crate) label: String,
+    pub(crate) side: Side,
+    pub(crate) marks: Vec<Mark>,
 }
 
 /// Axes, what lies under the curves, and the curves.
-pub(super) struct Chart {
+pub(crate) struct Chart {
     x: Axis,
     y: Axis,
     left: f64,
@@ -178,7 +178,7 @@ pub(super) struct Chart {
 
 impl Chart {
     /// An empty chart with room for names of so many letters at its right.
-    pub(super) fn new(x: Axis, y: Axis, letters: usize) -> Self {
+    pub(crate) fn new(x: Axis, y: Axis, letters: usize) -> Self {
         let right = (14.0 + LETTER * letters as f64).clamp(28.0, 130.0);
         let ticks = y.ticks(HEIGHT - TOP - BOTTOM, 18.0);
         let texts = ticks.iter().filter(|(_, labelled)| *labelled).map(|(value, _)| y.text(*value).chars().count());
@@ -187,7 +187,7 @@ impl Chart {
     }
 
     /// The same with room for names of so many letters at its left, and so high between its axes.
-    pub(super) fn with_rows(self, letters: usize, height: f64) -> Self {
+    pub(crate) fn with_rows(self, letters: usize, height: f64) -> Self {
         Self { left: (10.0 + LETTER * letters as f64).max(LEFT), height: TOP + height + BOTTOM, ..self }
     }
 
@@ -202,7 +202,7 @@ impl Chart {
     }
 
     /// A straight line between two points, cut at the frame.
-    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
+    pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
         let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
         let _ = writeln!(
             self.under,
@@ -211,21 +211,21 @@ impl Chart {
     }
 
     /// A filled polygon, cut at the frame.
-    pub(super) fn area(&mut self, corners: &[[f64; 2]], class: &str) {
+    pub(crate) fn area(&mut self, corners: &[[f64; 2]], class: &str) {
         let corners: Vec<String> =
             corners.iter().map(|&corner| self.place(corner)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(self.under, "<polygon class=\"{class}\" points=\"{}\"/>", corners.join(" "));
     }
 
     /// A thin line without marks, cut at the frame.
-    pub(super) fn trace(&mut self, points: &[[f64; 2]], class: &str) {
+    pub(crate) fn trace(&mut self, points: &[[f64; 2]], class: &str) {
         let points: Vec<String> =
             points.iter().map(|&point| self.place(point)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(self.under, "<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "));
     }
 
     /// A rectangle between two corners, cut at the frame, filled as much as `share` says.
-    pub(super) fn cell(&mut self, from: [f64; 2], to: [f64; 2], share: f64, class: &str) {
+    pub(crate) fn cell(&mut self, from: [f64; 2], to: [f64; 2], share: f64, class: &str) {
         let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
         let (x, y, width, height) = (x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs());
         let _ = writeln!(
@@ -236,7 +236,7 @@ impl Chart {
     }
 
     /// Text `offset` right of and below a point, which it ends at or begins with.
-    pub(super) fn note(&mut self, at: [f64; 2], offset: [f64; 2], ends: bool, text: &str) {
+    pub(crate) fn note(&mut self, at: [f64; 2], offset: [f64; 2], ends: bool, text: &str) {
         let [x, y] = self.place(at);
         let anchor = if ends { "end" } else { "start" };
         let (x, y) = (x + offset[0], y + offset[1]);
@@ -248,7 +248,7 @@ impl Chart {
     }
 
     /// Draws all series, then their names, so that no name hides under a curve or on another name.
-    pub(super) fn series(&mut self, all: &[Series]) {
+    pub(crate) fn series(&mut self, all: &[Series]) {
         let mut names: Vec<Name> = Vec::new();
         for series in all {
             let places: Vec<[f64; 2]> = series.marks.iter().map(|mark| self.place(mark.at)).collect();
@@ -294,7 +294,7 @@ impl Chart {
     }
 
     /// The chart, with what it shows in words.
-    pub(super) fn svg(&self, description: &str) -> String {
+    pub(crate) fn svg(&self, description: &str) -> String {
         let (left, width, height) = (self.left, self.plot_width(), self.height - TOP - BOTTOM);
         let (right, bottom) = (left + width, TOP + height);
         let mut grid = String::new();
@@ -344,7 +344,7 @@ impl Chart {
 }
 
 /// A name with its place: left end of the baseline.
-struct Name {
+pub(crate) struct Name {
     x: f64,
     y: f64,
     width: f64,
@@ -380,17 +380,17 @@ fn shape(hue: usize) -> &'static str {
 }
 
 /// A bar of parts that add up to a whole.
-pub(super) struct Bar {
+pub(crate) struct Bar {
     /// Number of its group's colour.
-    pub(super) hue: usize,
-    pub(super) label: String,
-    pub(super) parts: Vec<f64>,
+    pub(crate) hue: usize,
+    pub(crate) label: String,
+    pub(crate) parts: Vec<f64>,
     /// What stands right of it.
-    pub(super) total: String,
+    pub(crate) total: String,
 }
 
 /// Bars of equal length, one below the other, each divided into the shares of its parts.
-pub(super) fn shares(names: &[&str], bars: &[Bar], description: &str) -> String {
+pub(crate) fn shares(names: &[&str], bars: &[Bar], description: &str) -> String {
     const STEP: f64 = 21.0;
     let letters = bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as f64;
     let (left, right) = ((8.0 + LETTER * letters).min(180.0), 60.0);

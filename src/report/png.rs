@@ -19,9 +19,9 @@ use std::io;
 
 use glam::DVec3;
 
-use crate::report::number::{percent, short};
 use crate::report::table::method;
-use crate::report::{IlluminanceMap, Run, Statistics, statistics};
+use crate::results::{IlluminanceMap, Run, Statistics, statistics};
+use crate::text::number::{percent, short};
 use crate::units::Lux;
 use canvas::{BOLD, Canvas, Ink, NORMAL, SMALL, TITLE};
 use grid::{Grid, Isolux};

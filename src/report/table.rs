@@ -1,9 +1,9 @@
 //! The summary for a person at a terminal.
 
-use crate::report::number::{bytes, count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
-use crate::report::{
+use crate::results::{
     AreaFigures, CameraImage, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, statistics, without,
 };
+use crate::text::number::{bytes, count, duration, fine_percent, long, percent, ratio_with_error, short, with_error};
 use crate::units::Lumens;
 
 /// The summary as text: how it was computed, a table of the planes, one of the sensors, flux balance, times.
@@ -188,7 +188,7 @@ fn camera(image: &CameraImage) -> [String; 7] {
 }
 
 /// Lines of a table: the first column to the left, the others to the right, two spaces between.
-pub(super) fn columns<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Vec<String> {
+pub(crate) fn columns<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Vec<String> {
     let rows: Vec<_> = std::iter::once(head.map(String::from)).chain(rows).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);

@@ -3,8 +3,15 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use glam::DVec3;
+
 use super::*;
+use crate::error::invalid;
+use crate::files;
+use crate::gather::reach::Standing;
+use crate::results::*;
 use crate::scene::Measure;
+use crate::units::Lumens;
 use crate::units::Lux;
 use crate::units::luminance;
 use glam::dvec3;
@@ -99,7 +106,7 @@ impl Drop for Folder {
 fn through_exr(map: &IlluminanceMap, layers: &ExtraLayers) -> (exr::IlluminanceImage, Vec<(String, Vec<f32>)>) {
     let folder = Folder::new();
     let path = folder.0.join("map.exr");
-    file::write_whole(&path, &mut |out| exr::write(map, &run(), layers, out)).unwrap();
+    files::write_whole(&path, &mut |out| exr::write(map, &run(), layers, out)).unwrap();
     let image = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
     let channels = image.layer_data.channel_data.list.iter();
     let channels = channels.map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect()));
@@ -173,7 +180,7 @@ fn a_coloured_map_has_three_channels_and_reads_back_as_its_luminance() {
 fn exr_says_what_it_holds() {
     let folder = Folder::new();
     let path = folder.0.join("map.exr");
-    file::write_whole(&path, &mut |out| {
+    files::write_whole(&path, &mut |out| {
         exr::write(&map("m", [4, 4], |_, _| 1.0), &run(), &ExtraLayers::default(), out)
     })
     .unwrap();
@@ -360,7 +367,7 @@ fn a_failed_write_leaves_the_old_file_and_no_other() {
     let folder = Folder::new();
     let path = folder.0.join("summary.json");
     std::fs::write(&path, "old").unwrap();
-    let failure = file::write_whole(&path, &mut |out| {
+    let failure = files::write_whole(&path, &mut |out| {
         out.write_all(b"half")?;
         Err(invalid("the disc is full".into()))
     });
@@ -412,7 +419,7 @@ fn an_image_for_compositing_has_every_layer_and_says_how_it_was_taken() {
     for channels in [1, 3] {
         let (folder, image) = (Folder::new(), view(channels));
         let path = folder.0.join("view.exr");
-        file::write_whole(&path, &mut |out| exr::write_view(&image, &run(), out)).unwrap();
+        files::write_whole(&path, &mut |out| exr::write_view(&image, &run(), out)).unwrap();
         let read = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
         let found = &read.layer_data.channel_data.list;
         let mut expected: Vec<String> = ["", "direct", "indirect", "luminance", "albedo"]

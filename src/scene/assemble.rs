@@ -13,27 +13,29 @@ use sha2::{Digest, Sha256};
 use super::double_faces::{Becomes, Faces};
 use super::emitters;
 use super::fallback::Fallback;
-use super::fields::{Placed, closest, listed, quoted};
+use super::fields::{Placed, closest};
 use super::file::{MaterialSection, MeshSection, SceneFile};
 use super::fixture::{self, Fixture};
 use super::glass;
 use super::inventory::{MeshPart, Origin, Source, unit_in_doubt};
 use super::library::{Library, check_names, unset};
-use super::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use super::measured::{self, Groups, SurfaceSection};
-use super::mesh::{Bounds, Mesh};
 use super::obj::Obj;
 use super::obj::foreign::{self, HEAD};
 use super::obj::large::CUT;
 use super::placed::surroundings;
-use super::polygon::has_area;
 use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
-use crate::dimming::Levels;
 use crate::error::{Error, InputError, Location};
-use crate::input;
+use crate::files;
+use crate::files::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
+use crate::geometry::mesh::{Bounds, Mesh};
+use crate::geometry::polygon::has_area;
 use crate::luminaire::{Distribution, Luminaire, Opening, Supply, colour};
+use crate::scene::Levels;
+use crate::text::listed;
+use crate::text::quoted;
 use crate::units::{self, Lumens};
 
 /// From this size on, bytes, an OBJ file is read in blocks and by all threads.
@@ -140,9 +142,9 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
         textures: HashMap::new(),
         fallback: None,
     };
-    let bytes = input::read(path, LARGEST_SCENE)
+    let bytes = files::read(path, LARGEST_SCENE)
         .map(|bytes| reader.hashed(bytes))
-        .map_err(|error| input::why(&error))
+        .map_err(|error| files::why(&error))
         .map_err(|why| InputError::new(Location::file(path), format!("no scene ({why})"), "a scene file in TOML"))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let line =
@@ -295,7 +297,7 @@ impl Reader {
         if !self.reach.holds(path) {
             return Err(OUTSIDE.to_owned());
         }
-        input::read(path, largest).map(|bytes| self.hashed(bytes)).map_err(|error| input::why(&error))
+        files::read(path, largest).map(|bytes| self.hashed(bytes)).map_err(|error| files::why(&error))
     }
 
     fn hashed(&mut self, bytes: Vec<u8>) -> Vec<u8> {

@@ -15,9 +15,10 @@
 //! | `Kd` + `Ks` > 1 | `Ks` is a highlight, and left out |
 //! | `illum` 3 from Blender | a metal: of `Kd` the share `Ka` is mirrored, `Ns` = 1000 (1 − roughness)², α = roughness² |
 
-use super::fields::{Placed, quoted, section};
+use super::fields::{Placed, section};
 use super::mtl::MtlMaterial;
 use crate::error::InputError;
+use crate::text::quoted;
 
 /// What is said about a reading: all of it in the plan, guesses also as warnings.
 #[derive(Default)]

@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::fields::quoted;
 use super::inventory::Origin;
 use super::material::{Material, Sides};
 use super::surface::Surface;
+use crate::text::quoted;
 use patches::Patch;
 
 /// What becomes of the triangles of a mesh.

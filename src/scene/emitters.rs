@@ -8,11 +8,12 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::fields::{listed, quoted};
 use super::material::Material;
-use super::mesh::{Bounds, Mesh};
+use crate::geometry::mesh::{Bounds, Mesh};
 use crate::luminaire::{Luminaire, Opening};
-use crate::report::number::short;
+use crate::text::listed;
+use crate::text::number::short;
+use crate::text::quoted;
 
 /// Below it nothing is a lamp, cd/m²: a white wall at 30 lx has as much, a dimmed screen twenty times, a lit panel 3000.
 const DIM: f64 = 10.0;
@@ -33,17 +34,17 @@ const MOST: usize = 256;
 
 /// A luminaire that is faces of a mesh, and what came of its `Ke`.
 #[derive(Clone, Copy)]
-pub(super) struct Emitter<'a> {
-    pub(super) luminaire: &'a Luminaire,
+pub(crate) struct Emitter<'a> {
+    pub(crate) luminaire: &'a Luminaire,
     triangles: &'a [[DVec3; 3]],
     /// m².
-    pub(super) area: f64,
+    pub(crate) area: f64,
     /// At full output, cd/m².
-    pub(super) luminance: f64,
+    pub(crate) luminance: f64,
 }
 
 /// All emitting faces among luminaires, those of most flux first.
-pub(super) fn of(luminaires: &[Luminaire]) -> Vec<Emitter<'_>> {
+pub(crate) fn of(luminaires: &[Luminaire]) -> Vec<Emitter<'_>> {
     let mut all: Vec<Emitter> = luminaires.iter().filter_map(Emitter::new).collect();
     all.sort_by(|a, b| b.luminaire.flux.0.total_cmp(&a.luminaire.flux.0));
     all
@@ -58,7 +59,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// What it came to, in words.
-    pub(super) fn told(&self) -> String {
+    pub(crate) fn told(&self) -> String {
         let Self { luminaire, area, luminance, .. } = self;
         format!("{} cd/m² on {} m²: {} lm", short(*luminance), short(*area), short(luminaire.flux.0))
     }
@@ -69,7 +70,7 @@ fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
 }
 
 /// Warns of emitters that are dimmer than any lamp, or face a wall.
-pub(super) fn warn(luminaires: &[Luminaire], mesh: &Mesh, materials: &[Material], warnings: &mut Vec<String>) {
+pub(crate) fn warn(luminaires: &[Luminaire], mesh: &Mesh, materials: &[Material], warnings: &mut Vec<String>) {
     let emitters = of(luminaires);
     let all: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0 / luminaire.supply.level).sum();
     let faint = |emitter: &&Emitter| {

@@ -11,9 +11,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::fields::quoted;
 use super::file::MaterialSection;
 use crate::error::Location;
+use crate::text::quoted;
 
 /// Name of the section that speaks of all materials that are left.
 pub(super) const ALL: &str = "*";

@@ -3,7 +3,6 @@
 //! `toml` keeps the place of each key and value ([`toml::Spanned`]); serde's derive would lose it in its messages, so the
 //! tables are read directly.
 
-use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use crate::error::{InputError, Location};
+use crate::text::{escaped, listed, quoted};
 
 /// Farthest coordinate from the world's origin, m: beyond it even f64 leaves no tenth of a millimetre to compute with.
 pub(crate) const FARTHEST: f64 = 1e9;
@@ -461,31 +461,6 @@ pub(crate) fn plain(name: &str) -> String {
 pub(crate) fn section(name: &str) -> String {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     if bare { format!("[material.{name}]") } else { format!("[material.{}]", quoted(name)) }
-}
-
-/// Text in quotes, on one line, cut where it is long.
-pub(crate) fn quoted(text: &(impl fmt::Display + ?Sized)) -> String {
-    let text = text.to_string();
-    let mut short: String = text.chars().take(60).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    format!("\"{}\"", short.chars().flat_map(escaped).collect::<String>())
-}
-
-/// A character as it can stand in a line of a message.
-fn escaped(c: char) -> Vec<char> {
-    if c.is_control() || c == '"' { c.escape_default().collect() } else { vec![c] }
-}
-
-/// Names in quotes, at most twelve of them.
-pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let all: Vec<&str> = names.into_iter().collect();
-    let mut text = all.iter().take(12).map(|name| quoted(*name)).collect::<Vec<_>>().join(", ");
-    if all.len() > 12 {
-        text += &format!(" and {} more", all.len() - 12);
-    }
-    text
 }
 
 /// The name that differs least from `word`, if at most a third of it differs.

@@ -6,18 +6,19 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::areas::areas;
-use super::fields::{FARTHEST, Fields, Placed, Source, plain, quoted};
+use super::fields::{FARTHEST, Fields, Placed, Source, plain};
 use super::glazing::{Curve, Glazing};
-use super::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS, MOST_SENSORS};
 use super::material::{Dielectric, Sides};
 use super::measure::{Measure, measure};
 use super::measured::{self, SurfaceSection};
-use super::mesh::Placement;
 use super::{Camera, MeasuringPlane, PlaneKind, Sensor};
 use crate::error::{InputError, Location};
-use crate::luminaire::body::Solid;
+use crate::files::limits::{MOST_CELLS, MOST_LUMINAIRES, MOST_PIXELS, MOST_SENSORS};
+use crate::geometry::body::Solid;
+use crate::geometry::mesh::Placement;
 use crate::luminaire::photometry::{Choice, Chosen};
 use crate::luminaire::{Supply, colour};
+use crate::text::quoted;
 
 /// Options of `luxmap render` that a scene file may set in `[render]`; the command line wins over them.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,16 +5,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::assemble::{Reader, path_hint};
-use super::fields::{Placed, listed, quoted};
+use super::fields::Placed;
 use super::file::{LuminaireSection, SceneFile, Shape, Spread};
 use super::fixture::{Lamp, LampSpread};
-use super::limits::LARGEST_GLDF;
 use crate::error::{InputError, Location};
-use crate::luminaire::body::Solid;
+use crate::files::limits::LARGEST_GLDF;
+use crate::geometry::body::Solid;
 use crate::luminaire::frame;
 use crate::luminaire::photometry::{Choice, LuminousOpening, Photometry, Shape as Form, Tilt};
 use crate::luminaire::web::Web;
-use crate::report::number::{round_to, short};
+use crate::text::listed;
+use crate::text::number::{round_to, short};
+use crate::text::quoted;
 
 impl Reader {
     /// What each [[luminaire]] is, photometric files read once each.

@@ -10,13 +10,15 @@ use std::path::{Path, PathBuf};
 
 use super::assemble::{OUTSIDE, Reader, Sections};
 use super::fallback::ALL;
-use super::fields::{Placed, closest, listed, quoted, section};
+use super::fields::{Placed, closest, section};
 use super::file::MaterialSection;
-use super::limits::LARGEST_MTL;
 use super::lines::{text, without_comment};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
 use crate::error::{InputError, Location};
+use crate::files::limits::LARGEST_MTL;
+use crate::text::listed;
+use crate::text::quoted;
 
 /// Longest name of a file that systems take, bytes; no longer one is looked for in other spellings.
 const LONGEST_NAME: usize = 255;

@@ -5,10 +5,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::Mesh;
-use super::fields::{Fields, Placed, closest, listed, quoted};
-use super::mesh::Bounds;
+use super::fields::{Fields, Placed, closest};
 use crate::error::{InputError, Location};
+use crate::geometry::Mesh;
+use crate::geometry::mesh::Bounds;
+use crate::text::listed;
+use crate::text::quoted;
 
 /// Most samples of one surface: 1 GB while a run lasts.
 const MOST_SAMPLES: usize = 1_000_000;

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::fields::{Placed, quoted};
+use super::fields::Placed;
 use super::lines::{Feed, Lines, is_plain, keyword, text, words};
 use super::obj::foreign;
 use crate::error::{InputError, Location};
+use crate::text::quoted;
 
 /// A material of an MTL file, as written: ranges are checked where the values are used.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::mesh::Bounds;
+use crate::geometry::mesh::Bounds;
 
 /// The surroundings reach so many times the core's largest extent beyond the core, on every side.
 const SURROUNDINGS: f64 = 2.0;

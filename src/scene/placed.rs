@@ -7,9 +7,9 @@ use super::assemble::{PlacedMesh, plane_corners};
 use super::file::SceneFile;
 use super::fixture::Fixture;
 use super::measured::SurfaceSection;
-use super::mesh::Bounds;
 use super::near::{self, Triangles};
 use super::surface::Surface;
+use crate::geometry::mesh::Bounds;
 
 impl PlacedMesh {
     /// The file's triangles that a measured surface is made of, ascending.

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::dialect::{self, Told};
-use super::fields::{Placed, quoted, section as section_of};
+use super::fields::{Placed, section as section_of};
 use super::file::MaterialSection;
 use super::glazing::Glazing;
 use super::inventory::{Origin, Source};
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
 use crate::error::{InputError, Location};
+use crate::text::quoted;
 
 /// A material, and the light its faces send out.
 pub(crate) struct Surface {

@@ -20,8 +20,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Passes, tape::Tape};
 use crate::error::{Error, InputError, Location};
-use crate::input;
-use crate::report::file;
+use crate::files;
 
 const MAGIC: &[u8] = b"luxmap state 3\n";
 const CHECKSUM: usize = 32;
@@ -89,7 +88,7 @@ pub struct Words {
 
 /// Writes a state and hands it to the disk. Cost: some 1 s a gigabyte.
 pub fn write(path: &Path, words: &Words, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
-    file::write_whole(path, &mut |out| {
+    files::write_whole(path, &mut |out| {
         let mut out = Hashing { inner: out, hash: Sha256::new() };
         let text = serde_json::to_vec(words)?;
         out.write_all(MAGIC)?;
@@ -130,7 +129,7 @@ impl Kept {
     }
 
     fn read(path: &Path) -> io::Result<Self> {
-        let mut file = input::open(path, u64::MAX)?;
+        let mut file = files::open(path, u64::MAX)?;
         let whole = file.metadata()?.len();
         let Some(content) = whole.checked_sub(CHECKSUM as u64).filter(|&content| content >= MAGIC.len() as u64) else {
             return Err(io::ErrorKind::UnexpectedEof.into());
@@ -143,7 +142,7 @@ impl Kept {
             let part = &mut block[..usize::try_from(left).unwrap_or(usize::MAX).min(1 << 18)];
             file.read_exact(part)?;
             if std::mem::take(&mut first) && !part.starts_with(MAGIC) {
-                return Err(crate::report::invalid("something else than a state of this version".into()));
+                return Err(crate::error::invalid("something else than a state of this version".into()));
             }
             hash.update(&*part);
             left -= part.len() as u64;
@@ -151,7 +150,7 @@ impl Kept {
         let mut checksum = [0; CHECKSUM];
         file.read_exact(&mut checksum)?;
         if hash.finalize()[..] != checksum {
-            return Err(crate::report::invalid("a checksum that does not fit the content".into()));
+            return Err(crate::error::invalid("a checksum that does not fit the content".into()));
         }
         file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
         let mut file = BufReader::new(file.take(content - MAGIC.len() as u64));
@@ -159,13 +158,13 @@ impl Kept {
         file.read_exact(&mut length)?;
         let length = u64::from_le_bytes(length);
         if length > LONGEST {
-            return Err(crate::report::invalid(format!("words of {length} bytes")));
+            return Err(crate::error::invalid(format!("words of {length} bytes")));
         }
         let mut text = vec![0; length as usize];
         file.read_exact(&mut text)?;
         let words: Words = serde_json::from_slice(&text)?;
         if !words.passes.is_valid() {
-            return Err(crate::report::invalid(format!("impossible passes ({})", words.passes)));
+            return Err(crate::error::invalid(format!("impossible passes ({})", words.passes)));
         }
         Ok(Self { path: path.to_owned(), file, words })
     }
@@ -176,7 +175,7 @@ impl Kept {
             sums(&mut Tape::In(&mut self.file))?;
             match self.file.read(&mut [0])? {
                 0 => Ok(()),
-                _ => Err(crate::report::invalid("more than this scene has".into())),
+                _ => Err(crate::error::invalid("more than this scene has".into())),
             }
         };
         all().map_err(|error| {

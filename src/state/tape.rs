@@ -3,7 +3,7 @@
 use std::io::{self, Read, Write};
 
 use super::Sum;
-use crate::report::invalid;
+use crate::error::invalid;
 
 /// Bytes moved at once.
 const BLOCK: usize = 1 << 16;

@@ -18,13 +18,13 @@ use exr::prelude::{
     Vec2, WritableImage as _, f16,
 };
 use glam::DVec3;
-use luxmap::convergence::reference::Reference;
 use luxmap::luminaire::photometry::Photometry;
 use luxmap::luminaire::web::Web;
+use luxmap::render::plan::{Method, Plan};
 use luxmap::render::{Keeping, Settings, memory, render_and_keep};
 use luxmap::report::ExtraLayers;
-use luxmap::scene::plan::{Method, Plan};
 use luxmap::scene::{MeasuringPlane, PlaneKind, Scene, read_obj_both_ways};
+use luxmap::study::convergence::reference::Reference;
 use sha2::{Digest, Sha256};
 use zip::CompressionMethod;
 

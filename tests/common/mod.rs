@@ -6,11 +6,11 @@ pub mod files;
 use std::fs;
 use std::path::PathBuf;
 
-pub use luxmap::check::scenes::{room, sensor};
+use luxmap::render::plan::{Method, Plan};
 use luxmap::render::{Settings, render};
-use luxmap::report::{IlluminanceMap, Results};
+use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
-use luxmap::scene::plan::{Method, Plan};
+pub use luxmap::study::check::scenes::{room, sensor};
 
 /// A folder of its own for a test.
 pub fn folder(test: &str) -> PathBuf {

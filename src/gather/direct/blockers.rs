@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::embree::RayCaster;
-use crate::scene::Mesh;
+use crate::geometry::Mesh;
 
 /// Triangles in a leaf of the tree, at most.
 const LEAF: usize = 4;

@@ -9,12 +9,12 @@ use super::polygon::{Pieces, lambert};
 use super::sample::MESH_STRATA;
 use super::web::{Parts, Shape, WebLight, most_towards};
 use crate::embree::RayCaster;
-use crate::luminaire::body::Body;
-use crate::luminaire::emit::{Front, triangle_area};
+use crate::flux::{channels, photometric};
+use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{Distribution, Luminaire, Opening};
-use crate::photon::flux::{channels, photometric};
-use crate::photon::random::Stream;
+use crate::photon::emit::{Front, triangle_area};
+use crate::random::Stream;
 use crate::units::luminance;
 
 /// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.

@@ -10,7 +10,7 @@ use glam::Vec3;
 use super::emitter::{Emitter, Light, Source};
 use super::sample::Target;
 use crate::embree::RayCaster;
-use crate::photon::random::Stream;
+use crate::random::Stream;
 
 /// A luminaire is faint where it brings no more than this part of what the brightest point of the block has got already …
 pub(super) const FAINT: f64 = 0.02;

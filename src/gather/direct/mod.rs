@@ -30,10 +30,10 @@ use self::polygon::{Pieces, Shadow, above_horizon};
 use self::sample::Target;
 use self::web::Parts;
 use super::receiver::Receiver;
-use crate::luminaire::body::Body;
+use crate::flux::photometric;
+use crate::geometry::body::Body;
 use crate::luminaire::{LightGroups, Luminaire};
-use crate::photon::flux::photometric;
-use crate::photon::random::Seed;
+use crate::random::Seed;
 
 /// Luminaires that together can add no more than this part of a point's direct light are left out there.
 pub const MOST_LEFT_OUT: f64 = 1e-4;

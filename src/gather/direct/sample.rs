@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::emitter::{BodySource, Light, Polygon, grey};
 use crate::embree::RayCaster;
-use crate::photon::random::Stream;
+use crate::random::Stream;
 
 /// Strata along each side of an opening: of a first look with one ray each, and of a second with two each where the first
 /// saw a mixture.

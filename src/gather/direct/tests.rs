@@ -7,11 +7,12 @@ use std::sync::Arc;
 use super::polygon::projected_solid_angle;
 use super::*;
 use crate::embree::RayCaster;
-use crate::luminaire::body::Solid;
+use crate::geometry::Mesh;
+use crate::geometry::body::Solid;
 use crate::luminaire::intensity::Intensity;
 use crate::luminaire::web::{Measured, Web};
 use crate::luminaire::{Distribution, Opening};
-use crate::scene::{MeasuringPlane, Mesh, PlaneKind, Scene};
+use crate::scene::{MeasuringPlane, PlaneKind, Scene};
 use crate::units::Lumens;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -51,7 +52,7 @@ fn clutter(count: u64, low: DVec3, high: DVec3, size: f32) -> Mesh {
     for _ in 0..count {
         let at = low + (high - low) * v(stream.uniform().into(), stream.uniform().into(), stream.uniform().into());
         let first = mesh.vertices.len() as u32;
-        let corner = |stream: &mut crate::photon::random::Stream| (at.as_vec3() + stream.on_sphere() * size).to_array();
+        let corner = |stream: &mut crate::random::Stream| (at.as_vec3() + stream.on_sphere() * size).to_array();
         mesh.vertices.extend([corner(&mut stream), corner(&mut stream), corner(&mut stream)]);
         mesh.triangles.push([first, first + 1, first + 2]);
         mesh.material_of.push(0);

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::blockers::Bounds;
 use super::polygon::{Pieces, lambert};
-use crate::luminaire::body::Body;
+use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 
 /// The part of an opening's light by which a part's four nodes and its centroid may differ is the root of this times the part

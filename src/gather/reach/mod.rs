@@ -17,8 +17,8 @@ use rayon::prelude::*;
 
 use super::receiver::Receiver;
 use crate::embree::RayCaster;
-use crate::luminaire::emit::Front;
-use crate::photon::random::{Seed, Stream};
+use crate::photon::emit::Front;
+use crate::random::{Seed, Stream};
 use crate::scene::{Material, Scene};
 use shells::Shells;
 

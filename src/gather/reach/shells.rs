@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::scene::Mesh;
+use crate::geometry::Mesh;
 use crate::sets::Sets;
 
 /// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is tried.

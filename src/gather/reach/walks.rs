@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::{Part, Reach};
 use crate::gather::receiver::Receiver;
-use crate::luminaire::emit::Front;
-use crate::photon::random::Stream;
+use crate::photon::emit::Front;
+use crate::random::Stream;
 
 /// Walks from the luminaires, the most bounces of each, and how many of them must get out for the scene to be open: more than
 /// can slip through cracks.

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use super::{Fit, Smoother, Sums, WINDOWS, box_means};
+use crate::flux::photometric;
 use crate::gather::density::Estimate;
-use crate::photon::flux::photometric;
 
 /// Cells to each side over which risk and blur are taken, and how many those are.
 const RISK_POOL: usize = 6;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::text::{self, quoted};
 use super::{Choice, Photometry, eulumdat, gldf, ies, tm33};
 use crate::error::{InputError, Location};
-use crate::scene::limits::LARGEST_PHOTOMETRY;
+use crate::files::limits::LARGEST_PHOTOMETRY;
 
 /// What is read, in words.
 pub(super) const READ: &str = "a photometric file: LM-63 (.ies), EULUMDAT (.ldt), TM-33 (.xml) or GLDF (.gldf)";

@@ -23,7 +23,7 @@ use self::product::{Output, Product};
 use super::text::{decode, quoted};
 use super::{Choice, Photometry, formats, tm33};
 use crate::error::{InputError, Location};
-use crate::scene::limits::{LARGEST_GLDF, LARGEST_PHOTOMETRY, MOST_FILES};
+use crate::files::limits::{LARGEST_GLDF, LARGEST_PHOTOMETRY, MOST_FILES};
 
 /// Share by which two fluxes of the same thing may differ.
 const ROUNDING: f64 = 2e-3;
@@ -80,7 +80,7 @@ fn finished(mut photometry: Photometry, product: &Product, output: &Output) -> P
     };
     let mut notes = output.notes.clone();
     if !near(factor, 1.0) && factor > 0.0 && factor.is_finite() {
-        let flux = crate::report::number::short(computed * factor);
+        let flux = crate::text::number::short(computed * factor);
         notes.push(format!("intensities are scaled to the variant's flux: {flux} lm of the luminaire"));
         photometry.intensity = photometry.intensity.scaled(factor);
         photometry.flux = photometry.flux.map(|flux| flux * factor);

@@ -36,8 +36,8 @@ use self::table::Table;
 use self::text::{Words, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
-use crate::input;
-use crate::scene::limits::LARGEST_GLDF;
+use crate::files;
+use crate::files::limits::LARGEST_GLDF;
 
 /// Largest intensity that is believed, cd: a hundred million times a searchlight's would be a mistake.
 const BRIGHTEST: f64 = 1e15;
@@ -249,9 +249,9 @@ impl Notes {
 
 /// Content of a regular file that isn't too long.
 fn content(path: &Path) -> Result<Vec<u8>, InputError> {
-    input::read(path, LARGEST_GLDF).map_err(|error| {
+    files::read(path, LARGEST_GLDF).map_err(|error| {
         let expected = "a photometric file: LM-63 (.ies), EULUMDAT (.ldt), TM-33 (.xml) or GLDF (.gldf)";
-        let found = format!("no file that can be read ({})", input::why(&error));
+        let found = format!("no file that can be read ({})", files::why(&error));
         InputError::new(Location::file(path), found, expected)
     })
 }

@@ -10,7 +10,7 @@
 //! for linear luminaires, so length lies along C90.
 
 use super::Format;
-use crate::report::number::short;
+use crate::text::number::short;
 
 /// Where light leaves: a body around the photometric centre. Sizes are whole lengths (diameters, not radii), m.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -41,7 +41,7 @@ pub use self::query::Scratch;
 use self::query::{Nearest, SumNearest, VisitNearest, VisitSixteen, VisitWithin};
 use self::simd::{LANES, Lines, Mask, dispatch};
 use super::{Block, BlockVisitor, Carried, NearestPhotons, NearestSum};
-use crate::photon::flux::Flux;
+use crate::flux::Flux;
 
 /// Photons of a leaf.
 const LEAF: usize = 32;

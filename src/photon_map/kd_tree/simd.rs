@@ -572,9 +572,9 @@ mod tests {
 
     use super::super::KdTree;
     use super::*;
-    use crate::photon::Flux;
-    use crate::photon::random::Seed;
+    use crate::flux::Flux;
     use crate::photon_map::{Block, BlockVisitor, NearestPhotons, PhotonMap};
+    use crate::random::Seed;
 
     #[cfg(target_arch = "x86_64")]
     const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];

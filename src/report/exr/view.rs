@@ -16,7 +16,7 @@
 //! linear Rec. 709. Attributes `eye`, `forward` and `up` are texts (x y z), `verticalFieldOfView` is in degrees.
 
 use super::*;
-use crate::report::CameraImage;
+use crate::results::CameraImage;
 
 /// Writes a camera's image as an EXR file.
 ///

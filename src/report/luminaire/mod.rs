@@ -18,8 +18,9 @@ pub use json::json;
 pub use sheet::{COLUMNS, Entry, Sheet, folders};
 pub use text::text;
 
-use super::{file, make_folder, png};
+use super::{make_folder, png};
 use crate::error::Error;
+use crate::files;
 use crate::luminaire::photometry::Photometry;
 
 /// Writes `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` into a folder, making it where it's missing; returns
@@ -38,10 +39,10 @@ pub fn write(path: &Path, photometry: &Photometry, figures: &Figures, folder: &P
         ("polar.png", &picture),
         ("luminaire.json", json.as_bytes()),
     ];
-    file::write_together(folder, &mut |folder| {
+    files::write_together(folder, &mut |folder| {
         let save = |(name, content): &(&str, &[u8])| {
             let path = folder.join(name);
-            file::write_whole(&path, &mut |out| out.write_all(content))?;
+            files::write_whole(&path, &mut |out| out.write_all(content))?;
             Ok(path)
         };
         files.iter().map(save).collect()

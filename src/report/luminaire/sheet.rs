@@ -14,12 +14,13 @@ use super::page::title;
 use super::text::{kind, opening, shape, symmetry, warnings};
 use super::{json, write};
 use crate::error::Error;
+use crate::files;
+use crate::files::write::{first_free, safe};
 use crate::luminaire::photometry::Photometry;
-use crate::report::file::{self, first_free, safe};
 use crate::report::html::{document, escape};
-use crate::report::number::{round_to, short};
 use crate::report::png::{drawing, polar};
 use crate::report::table::columns;
+use crate::text::number::{round_to, short};
 
 /// Columns of `luminaires.csv`. `flux_ratio` is computed over declared; `flux_lamps_lm` what bare lamps give, where a file tells
 /// only that; beam (half of the largest intensity) and field (a tenth) are angles in C0/C180 and C90/C270; `warnings` are
@@ -277,10 +278,10 @@ impl Sheet {
     /// # Errors
     /// [`Error::Write`] where one can't be written.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-        file::write_together(folder, &mut |folder| {
+        files::write_together(folder, &mut |folder| {
             let [csv, page] = [CSV, PAGE].map(|name| folder.join(name));
-            file::write_whole(&csv, &mut |out| self.csv(out))?;
-            file::write_whole(&page, &mut |out| out.write_all(self.page().as_bytes()))?;
+            files::write_whole(&csv, &mut |out| self.csv(out))?;
+            files::write_whole(&page, &mut |out| out.write_all(self.page().as_bytes()))?;
             Ok(vec![csv, page])
         })
     }

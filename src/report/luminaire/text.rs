@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::figures::{Figures, Spread};
 use crate::luminaire::photometry::{Kind, Lamps, LuminousOpening, Photometry, Shape, Symmetry};
-use crate::report::number::{percent, round_to, short};
+use crate::text::number::{percent, round_to, short};
 
 /// Difference of computed and declared flux up to which a file is at one with itself: rounding of its intensities.
 const ROUNDING: f64 = 0.01;

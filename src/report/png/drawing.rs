@@ -9,13 +9,13 @@ use super::canvas::{Canvas, Font, Ink};
 use crate::report::html::escape;
 
 /// Looks of drawings within a page: `fill-…` and `stroke-…` for each role.
-pub(in crate::report) const STYLE: &str = include_str!("drawing.css");
+pub(crate) const STYLE: &str = include_str!("drawing.css");
 
 const PAPER: Ink = [255, 255, 255];
 
 /// What a colour is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::report) enum Role {
+pub(crate) enum Role {
     /// What is read first.
     Text,
     /// What is read next.
@@ -62,7 +62,7 @@ impl Role {
 
 /// Where a text stands at its place.
 #[derive(Clone, Copy, PartialEq)]
-pub(in crate::report) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -90,7 +90,7 @@ enum Item {
 }
 
 /// A drawing, ready for either format; x to the right, y down, pixels.
-pub(in crate::report) struct Drawing {
+pub(crate) struct Drawing {
     pub(super) size: [f64; 2],
     items: Vec<Item>,
     /// What it shows, in words.
@@ -136,7 +136,7 @@ impl Drawing {
     }
 
     /// This drawing with another below it.
-    pub(in crate::report) fn above(mut self, below: Self) -> Self {
+    pub(crate) fn above(mut self, below: Self) -> Self {
         let [width, height] = self.size;
         let moved = |points: Vec<[f64; 2]>| points.into_iter().map(|[x, y]| [x, y + height]).collect();
         self.items.extend(below.items.into_iter().map(|item| match item {
@@ -159,7 +159,7 @@ impl Drawing {
     }
 
     /// As an SVG file.
-    pub(in crate::report) fn svg(&self) -> String {
+    pub(crate) fn svg(&self) -> String {
         let [width, height] = self.size;
         let head = format!(
             "xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
@@ -170,7 +170,7 @@ impl Drawing {
     }
 
     /// As an element of a page that has [`STYLE`]: it takes the width it gets, and the page's colours.
-    pub(in crate::report) fn element(&self) -> String {
+    pub(crate) fn element(&self) -> String {
         let [width, height] = self.size;
         self.elements(&format!("class=\"drawing\" viewBox=\"0 0 {width} {height}\""), "", Place::Page)
     }
@@ -187,7 +187,7 @@ impl Drawing {
     }
 
     /// As a PNG file.
-    pub(in crate::report) fn png(&self) -> io::Result<Vec<u8>> {
+    pub(crate) fn png(&self) -> io::Result<Vec<u8>> {
         let [width, height] = self.size.map(|side| side.ceil() as i32);
         let mut canvas = Canvas::new(width, height, PAPER);
         let single = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {

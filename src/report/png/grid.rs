@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use contour::ContourBuilder;
 
-use crate::report::IlluminanceMap;
+use crate::results::IlluminanceMap;
 
 /// Values in rows from the plane's corner; `None` where no light can arrive.
 pub(super) struct Grid {

@@ -5,7 +5,7 @@
 use super::canvas::{BOLD, NORMAL, SMALL};
 use super::drawing::{Anchor, Drawing, Role};
 use crate::luminaire::photometry::{LuminousOpening, Photometry, Shape};
-use crate::report::number::{round_to, short};
+use crate::text::number::{round_to, short};
 
 /// Size of the drawing, pixels: as wide as the polar diagram.
 const SIZE: [f64; 2] = [860.0, 430.0];
@@ -23,7 +23,7 @@ const DOT: f64 = 7.0;
 const ARC: f64 = 98.0;
 
 /// Draws a luminaire's axes, its opening to scale, and the senses of C, `rotation` and γ.
-pub(in crate::report) fn drawing(photometry: &Photometry) -> Drawing {
+pub(crate) fn drawing(photometry: &Photometry) -> Drawing {
     let description = "How it lies in the room looking down with rotation 0. Plan seen from above: C0 to the right is +x, \
                        C90 up is +y, C180 left, C270 down; C and positive rotation count counter-clockwise. Side: gamma 0 \
                        is down, 90 level, 180 up";

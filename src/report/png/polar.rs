@@ -11,7 +11,7 @@ use crate::luminaire::intensity::Intensity;
 use crate::luminaire::photometry::{Photometry, Symmetry};
 use crate::report::html::escape;
 use crate::report::luminaire::Figures;
-use crate::report::number::short;
+use crate::text::number::short;
 
 /// Width of the diagram, pixels.
 const WIDTH: f64 = 860.0;
@@ -38,7 +38,7 @@ const SECTIONS: [(&str, Role); 2] = [("C0/C180", Role::First), ("C90/C270", Role
 const SIDES: [&str; 2] = ["C180, C270", "C0, C90"];
 
 /// Draws a luminaire's diagram; `titled`, with its name and a line about it.
-pub(in crate::report) fn diagram(photometry: &Photometry, figures: &Figures, titled: bool) -> Drawing {
+pub(crate) fn diagram(photometry: &Photometry, figures: &Figures, titled: bool) -> Drawing {
     let up = figures.down < 0.999;
     let top = if titled { TOP } else { UNTITLED_TOP };
     let centre = [WIDTH / 2.0, top + if up { RADIUS } else { SLIVER }];
@@ -76,7 +76,7 @@ fn sections(photometry: &Photometry) -> usize {
 }
 
 /// A diagram the size of a stamp, without words, as an element of a page that has [`STYLE`](super::drawing::STYLE).
-pub(in crate::report) fn small(photometry: &Photometry, figures: &Figures, description: &str) -> String {
+pub(crate) fn small(photometry: &Photometry, figures: &Figures, description: &str) -> String {
     let radius = SMALL_SIZE / 2.0 - 4.0;
     let mut svg = format!(
         "<svg class=\"drawing\" viewBox=\"{0} {0} {SMALL_SIZE} {SMALL_SIZE}\" role=\"img\" aria-label=\"{1}\">\

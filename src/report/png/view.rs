@@ -4,7 +4,7 @@ use std::io;
 
 use super::canvas::encode;
 use super::*;
-use crate::report::CameraImage;
+use crate::results::CameraImage;
 
 /// Middle grey: where a scene's log-average luminance goes.
 const KEY: f64 = 0.18;

@@ -22,11 +22,12 @@ use rayon::prelude::*;
 
 use self::parts::{Kind, Part};
 use super::Material;
-use super::fields::{Placed, quoted, section};
+use super::fields::{Placed, section};
 use super::glazing::Glazing;
 use super::material::Dielectric;
 use super::surface::Surface;
 use crate::error::InputError;
+use crate::text::quoted;
 
 /// Thickness of a sheet that absorbs per metre, m: window glass.
 const WINDOW: f64 = 0.006;

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::MeshPart;
 use super::unit::unit_in_doubt;
+use crate::geometry::mesh::Mesh;
 use crate::scene::Scene;
-use crate::scene::mesh::Mesh;
 use crate::sets::Sets;
 
 /// A triangle whose longest side is more than so many times its height is a sliver.

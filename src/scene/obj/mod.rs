@@ -11,11 +11,13 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::fields::{FARTHEST, Placed, listed, quoted};
+use super::fields::{FARTHEST, Placed};
 use super::lines::{Feed, Lines, is_plain, keyword, text, without_comment, words};
 use super::measured::Groups;
-use super::polygon;
 use crate::error::{InputError, Location};
+use crate::geometry::polygon;
+use crate::text::listed;
+use crate::text::quoted;
 
 /// What an OBJ file holds, in its own unit and axes.
 pub(crate) struct Obj {

@@ -8,7 +8,7 @@ use roxmltree::{Document, Node};
 use super::super::text::{label, quoted};
 use super::super::{Choice, Chosen};
 use crate::error::{InputError, Location};
-use crate::scene::fields::listed;
+use crate::text::listed;
 
 type Element<'a> = Node<'a, 'a>;
 

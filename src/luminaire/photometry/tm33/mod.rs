@@ -27,7 +27,7 @@ use super::table::Table;
 use super::text::{label, quoted};
 use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Shape, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
-use crate::scene::fields::listed;
+use crate::text::listed;
 
 /// A document, in terms of both XML and JSON.
 #[derive(Default)]

@@ -9,7 +9,7 @@ use super::super::text::{label, quoted};
 use super::super::{Choice, Photometry};
 use super::{Document, Emitter, Raw, number, plain};
 use crate::error::{InputError, Location};
-use crate::scene::limits::MOST_NODES;
+use crate::files::limits::MOST_NODES;
 
 /// Reads text that begins as XML.
 pub(in super::super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photometry, InputError> {
