@@ -10,6 +10,7 @@ pub mod density;
 pub mod direct;
 pub mod gates;
 pub mod lamps;
+pub mod parts;
 pub mod patches;
 pub mod reach;
 pub mod receiver;

@@ -15,7 +15,8 @@ pub use brute_force::BruteForce;
 pub use kd_tree::{KdTree, Scratch};
 pub use kiddo::Kiddo;
 pub use paper::Paper;
-pub use tree::Tree;
+pub(crate) use tree::with_tree;
+pub use tree::{ChosenMap, Tree};
 
 pub use kd_tree::simd::LANES;
 use kd_tree::simd::Lines;

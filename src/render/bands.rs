@@ -12,13 +12,14 @@ use super::results::outlines;
 use super::{Keeping, Settings, Stages, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
+use crate::gather::smooth;
 use crate::progress::Progress;
 use crate::render::plan::Plan;
-use crate::results::{Extremes, IlluminanceMap, Results, areas};
+use crate::results::{Extremes, GroupMap, IlluminanceMap, Results, areas};
 use crate::scene::{MeasuringPlane, Scene};
 
-/// Rows of neighbours on each side: as far as the widest window and the pooling of its noise reach.
-const HALO: usize = 26;
+/// Rows of neighbours on each side.
+const HALO: usize = smooth::REACH;
 
 /// Cells worked on at once where nobody says how much memory there is.
 pub const MOST_CELLS: usize = 1 << 22;
@@ -256,15 +257,33 @@ impl IlluminanceMap {
             cells.drain(..range.start);
             cells.shrink_to_fit();
         }
-        keep(&mut self.illuminance, &range);
-        keep(&mut self.standard_error, &range);
-        keep(&mut self.has_value, &range);
-        keep(&mut self.standing, &range);
-        self.rgb.iter_mut().for_each(|rgb| keep(rgb, &range));
-        self.direct.iter_mut().for_each(|direct| keep(direct, &range));
-        for group in &mut self.groups {
-            keep(&mut group.illuminance, &range);
-            group.rgb.iter_mut().for_each(|rgb| keep(rgb, &range));
+        // All fields by name: one that has a value in each cell must not be forgotten.
+        let Self {
+            name: _,
+            corner: _,
+            along: _,
+            across: _,
+            cells: _,
+            illuminance,
+            rgb,
+            direct,
+            standard_error,
+            has_value,
+            standing,
+            outlines: _,
+            extremes: _,
+            areas: _,
+            groups,
+        } = &mut self;
+        keep(illuminance, &range);
+        keep(standard_error, &range);
+        keep(has_value, &range);
+        keep(standing, &range);
+        rgb.iter_mut().for_each(|rgb| keep(rgb, &range));
+        direct.iter_mut().for_each(|direct| keep(direct, &range));
+        for GroupMap { illuminance, rgb } in groups {
+            keep(illuminance, &range);
+            rgb.iter_mut().for_each(|rgb| keep(rgb, &range));
         }
         self.cells[1] = end - first;
         self

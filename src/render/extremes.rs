@@ -15,15 +15,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::passes::{Engine, Look, faint_light, worst_of};
-use super::results::Cell;
-use super::{PURPOSE_EXTREMES, Place, Rendering};
+use super::engine::Engine;
+use super::method::Density;
+use super::place::{Cell, Place, worst_of};
+use super::{PURPOSE_EXTREMES, Rendering};
 use crate::flux::photometric;
 use crate::gather::density::Estimate;
+use crate::gather::parts::rays::FromPoint;
 use crate::gather::sight::Sight;
 use crate::gather::smooth::mean_of;
 use crate::random::Seed;
-use crate::render::plan::Method;
 use crate::results::{Extremes, Reading, areas};
 
 /// The level of asking at which rays are tried.
@@ -146,11 +147,11 @@ struct Outcome<const C: usize> {
 impl<const C: usize> Rendering<'_, C> {
     /// Reads the cells that decide E_min and E_max of every plane, area and surface once more.
     pub(super) fn read_extremes(&mut self, engine: &Engine<'_, C>, places: &mut [Place<C>]) {
-        if self.plan.method == Method::Seed {
+        if self.composition.density == Some(Density::Paper) {
             return; // the paper's estimator, biases and all
         }
         let first_surface = places.len() - self.scene.surfaces.len();
-        let rays_find_all = self.plan.method.sends_rays();
+        let rays_find_all = self.composition.rays.is_some();
         let asked = |index: usize| index < self.scene.planes.len() || index >= first_surface && rays_find_all;
         let asked: Vec<usize> = (0..places.len()).filter(|&index| asked(index)).collect();
         if asked.is_empty() {
@@ -180,13 +181,13 @@ impl<const C: usize> Rendering<'_, C> {
 
     /// Points of a place that have a value: all of them, then those of each area.
     fn parts(&self, index: usize, place: &Place<C>) -> Vec<Vec<usize>> {
-        let mut parts = vec![(0..place.receiver.len()).collect()];
+        let mut parts = vec![(0..place.len()).collect()];
         if let Some(plane) = self.scene.planes.get(index) {
             let sides = [plane.along.length(), plane.across.length()];
             parts
                 .extend(areas::parts(&plane.areas, &plane.name, sides, plane.cells).into_iter().map(|part| part.cells));
         }
-        parts.iter_mut().for_each(|points: &mut Vec<usize>| points.retain(|&point| place.has_value[point]));
+        parts.iter_mut().for_each(|points: &mut Vec<usize>| points.retain(|&point| place.site.has_value[point]));
         parts
     }
 }
@@ -326,12 +327,14 @@ impl<const C: usize> Reader<'_, C> {
 
     /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons contradict rays by.
     fn fixed(&self, point: usize) -> (f64, f64) {
-        let doubt = self.place.doubt.get(point).copied().unwrap_or(0.0);
         let rest = self.place.rest.get(point).copied().unwrap_or(Estimate::DARK);
-        let direct = self.place.direct.as_ref();
-        let (lux, variance) =
-            direct.map_or((0.0, 0.0), |light| (photometric(light.value[point]), light.variance[point]));
-        (photometric(rest.value) + lux, rest.variance + variance + doubt)
+        let (mut lux, mut variance) = (photometric(rest.value), rest.variance);
+        for part in self.place.straight().filter(|part| !part.can_sample_again()) {
+            let light = part.straight(point);
+            lux += photometric(light.value);
+            variance += light.variance;
+        }
+        (lux, variance + self.place.doubt(point))
     }
 
     /// Rays of a round for the error aimed at, where one ray a round leaves this relative variance.
@@ -384,15 +387,11 @@ impl<const C: usize> Reader<'_, C> {
 
     /// One round's rays of a point: means of what has bounced, and of faint luminaires.
     fn from(&self, point: usize, level: u64, round: usize, count: u64) -> [[f64; C]; 2] {
-        let Place { receiver, has_value, faint, .. } = self.place;
         let seed = self.seed.branch(level).branch(round as u64);
-        let look = Look { sight: self.sight, records: None, receiver, has_value, seed, count, rays: AtomicU64::new(0) };
-        let bounced = look.from(point, &mut ());
-        let (faint, cast) = faint.as_ref().map_or(([0.0; C], 0), |faint| {
-            let stream = &mut seed.branch(1).stream(point as u64);
-            faint_light(&faint.luminaires, receiver, point, count, self.sight.caster(), stream)
-        });
-        self.cast.fetch_add(look.rays.into_inner() + cast, Ordering::Relaxed);
+        let from = FromPoint { sight: self.sight, records: None, receiver: &self.place.site.receiver, seed, count };
+        let (bounced, paths) = from.find(point, &mut ());
+        let (faint, cast) = self.place.sample_straight_again(point, count, self.sight.caster(), seed);
+        self.cast.fetch_add(paths + cast, Ordering::Relaxed);
         [bounced, faint].map(|sum| sum.map(|lux| lux / count as f64))
     }
 }
@@ -428,7 +427,7 @@ impl<const C: usize> Place<C> {
             min.lux = min.lux.min(mean);
             max.lux = max.lux.max(mean);
             self.extremes.push(Extremes { mean_error, min, max });
-            if smooth && self.smoother.is_some() {
+            if smooth && self.site.smoother.is_some() {
                 self.bound(points, [min.lux, max.lux], UNNOTICED * mean_error);
             }
         }
@@ -438,10 +437,12 @@ impl<const C: usize> Place<C> {
     fn replace(&mut self, point: usize, light: Estimate<C>, faint: Estimate<C>) {
         let rest = self.rest.get(point).copied().unwrap_or(Estimate::DARK);
         let now = self.bounced[point];
-        let faint_now =
-            self.faint.as_ref().and_then(|faint| faint.light.get(point)).map_or(0.0, |light| light.variance);
+        let faint_now: f64 = {
+            let sampled = self.straight().filter(|part| part.can_sample_again());
+            sampled.map(|part| part.straight(point).variance).sum()
+        };
         let told_apart = self.groups.is_some();
-        let doubt = self.doubt.get(point).copied().unwrap_or(0.0);
+        let doubt = self.doubt(point);
         let worse = light.variance + faint.variance >= now.variance - rest.variance - doubt + faint_now;
         if worse || (told_apart && now.value.iter().any(|lux| *lux <= 0.0)) {
             return;
@@ -453,9 +454,7 @@ impl<const C: usize> Place<C> {
             self.scaled.push((point, std::array::from_fn(|c| whole.value[c] / now.value[c])));
         }
         self.bounced[point] = whole;
-        if let Some(light) = self.faint.as_mut().and_then(|known| known.light.get_mut(point)) {
-            *light = faint;
-        }
+        self.parts.iter_mut().for_each(|part| part.replace_straight(point, faint));
     }
 
     /// Keeps smoothed cells within the extremes, where that does not move the mean by more than `most` (lx): smoothing may
@@ -477,31 +476,5 @@ impl<const C: usize> Place<C> {
                 }
             }
         }
-    }
-
-    /// Mean of some points, each by its area, and its standard error, lx.
-    fn mean(&self, points: &[usize]) -> (f64, f64) {
-        let weight = |point: usize| self.areas.get(point).copied().unwrap_or(1.0);
-        let whole: f64 = points.iter().map(|&point| weight(point)).sum();
-        let weighted: Vec<(usize, f64)> = points.iter().map(|&point| (point, weight(point) / whole)).collect();
-        let mean = weighted.iter().map(|&(point, weight)| weight * photometric(Cell::of(self, point).value)).sum();
-        // Densities of neighbours share photons: taken as if all erred together.
-        let together = |estimates: &[Estimate<C>]| {
-            let error = |&(point, weight): &(usize, f64)| {
-                weight * estimates.get(point).map_or(0.0, |estimate| estimate.variance.max(0.0).sqrt())
-            };
-            weighted.iter().map(error).sum::<f64>().powi(2)
-        };
-        let mut variance = match &self.samples {
-            Some(samples) => samples.variance_of_sum(&weighted) + together(&self.rest),
-            None => together(&self.bounced),
-        };
-        if let Some(faint) = &self.faint {
-            variance += faint.samples.variance_of_sum(&weighted);
-        }
-        if let Some(direct) = &self.direct {
-            variance += weighted.iter().map(|&(point, weight)| weight * weight * direct.variance[point]).sum::<f64>();
-        }
-        (mean, variance.sqrt())
     }
 }

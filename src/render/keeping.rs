@@ -3,10 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::densities::Densities;
+use super::place::Place;
 use super::team::{Alone, Team};
 use super::views::View;
-use super::{Place, Rendering, Settings};
+use super::{Rendering, Settings};
 use crate::error::{Error, InputError, Location};
 use crate::render::plan::Plan;
 use crate::scene::Scene;
@@ -144,7 +144,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Hands over all that passes leave behind.
+    /// Moves all that passes leave behind to or from a checkpoint, another run's state or another process.
     pub(super) fn exchange(
         &mut self,
         places: &mut [Place<C>],
@@ -161,21 +161,6 @@ impl<const C: usize> Rendering<'_, C> {
         }
         tape.same(views.len(), "cameras")?;
         views.iter_mut().try_for_each(|view| view.exchange(tape))
-    }
-}
-
-impl<const C: usize> Place<C> {
-    fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
-        tape.same(self.receiver.len(), "points")?;
-        self.samples.iter_mut().try_for_each(|samples| samples.exchange(tape))?;
-        self.faint.iter_mut().try_for_each(|faint| faint.samples.exchange(tape))?;
-        self.witness.iter_mut().try_for_each(|witness| witness.exchange(tape))?;
-        self.counts.iter_mut().try_for_each(|counts| counts.exchange(tape))?;
-        let Densities { sharp, smooth } = &mut self.density;
-        sharp.iter_mut().chain(smooth).try_for_each(|sum| sum.exchange(tape))?;
-        let Some(groups) = &mut self.groups else { return Ok(()) };
-        tape.sums(&mut groups.sharp)?;
-        tape.sums(&mut groups.smooth)
     }
 }
 

@@ -6,10 +6,12 @@
 
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
+use super::method::{Composition, Density};
 use crate::error::Error;
 use crate::gather::bandwidth::SCALES;
+use crate::gather::parts;
 use crate::luminaire::LightGroups;
-use crate::render::plan::{Method, Plan};
+use crate::render::plan::Plan;
 use crate::scene::Scene;
 
 /// The program itself, with Embree and its threads, bytes.
@@ -78,10 +80,8 @@ impl Memory {
 
 /// Bytes of a photon.
 fn photon(plan: &Plan) -> u64 {
-    match plan.method {
-        Method::Gather | Method::Path => LANDING,
-        Method::Split | Method::Photons | Method::Seed => PHOTON,
-    }
+    // Whether there are cameras changes nothing here.
+    if Composition::of(plan, false).density.is_some() { PHOTON } else { LANDING }
 }
 
 /// Bytes of a camera's pixel.
@@ -108,31 +108,30 @@ impl Cell {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;
-        let smooth_densities = plan.photons && !plan.method.sends_rays();
-        let counted = plan.photons && plan.method != Method::Seed && (plan.caustics || plan.method == Method::Photons);
-        let sampled = plan.bounces && plan.method.sends_rays();
-        let smooth = sampled && settings.smooth;
+        let composition = Composition::of(plan, !scene.cameras.is_empty());
+        let Composition { density, counts_sharp: counted, rays, .. } = composition;
+        let smooth = rays.is_some() && settings.smooth;
         let mut kept = 23 + estimate;
         if plan.shadow_rays {
-            kept += 8 * channels + 16;
+            kept += parts::direct::bytes_per_point(channels);
         }
-        if sampled {
-            kept += 128 * channels + 5;
+        if rays.is_some() {
+            kept += parts::rays::bytes_per_point(channels);
             let faint = scene.mesh.triangles.len() >= CLUTTER && scene.luminaires.len() >= MANY;
             if smooth && faint && !settings.groups {
-                kept += 128 * channels + estimate;
+                kept += parts::faint::bytes_per_point(channels);
             }
         }
-        let scales = if plan.method == Method::Seed { 1 } else { SCALES.len() as u64 };
-        if smooth_densities {
-            kept += scales * 16 * (channels + 1) + estimate;
-            kept += if plan.method == Method::Seed { 0 } else { 264 };
+        let is_paper = density == Some(Density::Paper);
+        if density.is_some() {
+            kept += parts::density::bytes_per_point(channels, is_paper);
         }
         if counted {
-            kept += 16 * (channels + 1) + 14;
+            kept += parts::counted::bytes_per_point(channels);
         }
+        let scales = if is_paper { 1 } else { SCALES.len() as u64 };
         let result = 25 + if plan.coloured { 24 } else { 0 };
-        let chosen = if smooth_densities { (scales + 2) * estimate + scales * 24 } else { 0 };
+        let chosen = if density.is_some() { (scales + 2) * estimate + scales * 24 } else { 0 };
         let smoothed = if smooth || counted { 3 * estimate + 9 * (4 * channels + 8) + 120 } else { 0 };
         let smoothed = smoothed + if counted { 9 * 8 + estimate } else { 0 };
         let written = 16 * channels + 8 + result + 24;

@@ -1,48 +1,37 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
 mod bands;
-mod densities;
+mod engine;
 mod extremes;
 mod groups;
 mod keeping;
 pub mod memory;
+mod method;
 #[cfg(feature = "mpi")]
 pub mod mpi;
-mod passes;
+mod place;
 pub mod plan;
+mod repeat;
 mod results;
+mod round;
 mod settings;
+mod sites;
 mod team;
 mod views;
 
 use std::time::Instant;
 
-use rayon::prelude::*;
-
+use self::method::{Composition, Searches};
+use self::plan::Plan;
 use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
-use crate::flux::photometric;
-use crate::gather::bodies::direct_on_bodies;
-use crate::gather::counts::Counts;
-use crate::gather::density::{Estimate, Search};
-use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::faint::Faint;
-use crate::gather::direct::{Asked, DirectLight, direct_light_for};
-use crate::gather::reach::{Points, Reach, Standing};
-use crate::gather::receiver::Receiver;
-use crate::gather::smooth::{MAP_BATCHES, POINT_BATCHES, Samples, Smoother, WIDEST};
-use crate::gather::surroundings::{FAN, Surroundings};
-use crate::gather::witness::{Contradiction, Witness};
 use crate::luminaire::LightGroups;
 use crate::photon::trace::{BOUNCE_CAP, TallySum};
 use crate::photon::trial::Trial;
-use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper, Tree};
 use crate::progress::Progress;
 use crate::random::Seed;
-use crate::render::plan::{Method, Plan};
-use crate::results::{Extremes, Results};
-use crate::scene::measured::Sample;
-use crate::scene::{Material, PlaneKind, Scene};
+use crate::results::Results;
+use crate::scene::Scene;
 use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
@@ -91,16 +80,7 @@ fn render_part(
     caster: &RayCaster,
     seconds: Stages,
 ) -> Result<Option<Results>, Error> {
-    let run = match (plan.coloured, settings.tree) {
-        (false, Tree::Kd) => Rendering::<1>::run::<KdTree>,
-        (false, Tree::Kiddo) => Rendering::<1>::run::<Kiddo>,
-        (false, Tree::Paper) => Rendering::<1>::run::<Paper>,
-        (false, Tree::Brute) => Rendering::<1>::run::<BruteForce>,
-        (true, Tree::Kd) => Rendering::<3>::run::<KdTree>,
-        (true, Tree::Kiddo) => Rendering::<3>::run::<Kiddo>,
-        (true, Tree::Paper) => Rendering::<3>::run::<Paper>,
-        (true, Tree::Brute) => Rendering::<3>::run::<BruteForce>,
-    };
+    let run = if plan.coloured { Rendering::<3>::run } else { Rendering::<1>::run };
     let mut results = run(scene, plan, settings, progress, keeping, caster)?;
     if let Some(Results { run, .. }) = &mut results {
         run.total_seconds += seconds.iter().map(|(_, seconds)| seconds).sum::<f64>();
@@ -109,99 +89,11 @@ fn render_part(
     Ok(results)
 }
 
-/// Search limits of the two kinds of light; see [`Crossings`].
-#[derive(Clone, Copy)]
-struct Searches {
-    sharp: Search,
-    smooth: Search,
-}
-
-impl Searches {
-    /// Those of one map of `photons` photons.
-    fn new(method: Method, settings: &Settings, diagonal: f64, photons: f64) -> Self {
-        let radius = settings.radius.unwrap_or(0.1 * diagonal) as f32;
-        let floor = (1e-4 * diagonal) as f32;
-        // Variance falls as 1/k, squared bias grows as (k/N)²: the best k grows as N^(2/3).
-        let growing = |at_a_million: f64| {
-            let k = at_a_million * (photons / 1e6).powf(2.0 / 3.0);
-            settings.nearest.unwrap_or((k as usize).clamp(30, 5000))
-        };
-        let (sharp, smooth) = match method {
-            Method::Seed => {
-                let paper = settings.nearest.unwrap_or(100);
-                (paper, paper)
-            }
-            _ => (growing(200.0), growing(1000.0)),
-        };
-        let search = |nearest| Search { nearest, radius, floor };
-        Self { sharp: search(sharp), smooth: search(smooth) }
-    }
-
-    /// Those of pass `pass` (from 0 on): discs shrink from pass to pass, so that their bias vanishes with their noise.
-    /// R²ₙ₊₁ = R²ₙ (n + α)/(n + 1) with α = 2/3, the rate at which both vanish together (Knaus & Zwicker 2011).
-    fn of_pass(self, pass: u32) -> Self {
-        let shrunk: f64 = (1..=pass).map(|n| (f64::from(n) + 2.0 / 3.0) / (f64::from(n) + 1.0)).product();
-        let shrink = |search: Search| Search {
-            nearest: ((search.nearest as f64 * shrunk) as usize).max(search.nearest.min(20)),
-            radius: search.radius * shrunk.sqrt() as f32,
-            ..search
-        };
-        Self { sharp: shrink(self.sharp), smooth: shrink(self.smooth) }
-    }
-}
-
-/// One receiver with all that is known of it.
-struct Place<const C: usize> {
-    receiver: Receiver,
-    /// Whether it is a measuring plane on a surface.
-    on_surface: bool,
-    has_value: Vec<bool>,
-    /// Why, or why not.
-    standing: Vec<Standing>,
-    surroundings: Vec<Surroundings>,
-    smoother: Option<Smoother>,
-    direct: Option<DirectLight<C>>,
-    /// The part of the direct light that is left to rays.
-    faint: Option<FaintLight<C>>,
-    /// Sums over the passes of what photon densities say at each point; empty where nothing asks them.
-    density: densities::Densities<C>,
-    /// What rays found at each point.
-    samples: Option<Samples<C>>,
-    /// What some photons say of the same, where rays rely on photons' records.
-    witness: Option<Witness>,
-    /// Photons counted in cells, on samples and about bodies.
-    counts: Option<Counts<C>>,
-    /// Areas of the points, m²: of a measured surface only.
-    areas: Vec<f64>,
-    /// What that adds to the variance of each point, lx²; empty without such photons.
-    doubt: Vec<f64>,
-    /// Where rays and photons contradict each other most, if they do.
-    contradiction: Option<Contradiction>,
-    /// Light that has bounced, as far as the passes know.
-    bounced: Vec<Estimate<C>>,
-    /// The part of it that rays from the points could not find: caustics. Empty where there are none.
-    rest: Vec<Estimate<C>>,
-    /// The same by light group.
-    groups: Option<groups::PlaceGroups>,
-    /// What is known of extremes and mean: of the whole, then of each area.
-    extremes: Vec<Extremes>,
-    /// By what the light that has bounced was multiplied where an extreme was read again: its groups are, too.
-    scaled: Vec<(usize, [f64; C])>,
-}
-
-/// Direct light of luminaires that are faint at a point.
-struct FaintLight<const C: usize> {
-    luminaires: Faint<C>,
-    /// What rays to them found at each point.
-    samples: Samples<C>,
-    /// What that comes to, as far as the passes know; nothing yet before the first is over.
-    light: Vec<Estimate<C>>,
-}
-
 /// A run under way.
 struct Rendering<'a, const C: usize> {
     scene: &'a Scene,
     plan: &'a Plan,
+    composition: Composition,
     settings: &'a Settings,
     progress: &'a dyn Progress,
     started: Instant,
@@ -224,7 +116,7 @@ struct Rendering<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> Rendering<'a, C> {
-    fn run<T: NearestPhotons>(
+    fn run(
         scene: &'a Scene,
         plan: &'a Plan,
         settings: &'a Settings,
@@ -236,6 +128,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         let mut rendering = Self {
             scene,
             plan,
+            composition: Composition::of(plan, !scene.cameras.is_empty()),
             settings,
             progress,
             started: Instant::now(),
@@ -261,7 +154,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         rendering.look_around(&mut places, caster);
         let mut images = Vec::new();
         if plan.bounces || !scene.cameras.is_empty() {
-            images = rendering.passes::<T>(&mut places, caster, keeping)?;
+            images = rendering.passes(&mut places, caster, keeping)?;
         }
         if keeping.team.rank() > 0 {
             return Ok(None);
@@ -306,169 +199,6 @@ impl<'a, const C: usize> Rendering<'a, C> {
         }
         result
     }
-
-    /// Every receiver: the planes in the scene's order, the sensors' with the sensors each serves, then the surfaces.
-    fn places(&mut self, caster: &RayCaster) -> (Vec<Place<C>>, Vec<Vec<usize>>) {
-        let scene = self.scene;
-        let tolerance = (2e-4 * self.diagonal).min(2e-3) as f32;
-        let radius = self.searches.smooth.radius;
-        let mut sensors = Vec::new();
-        let planes = scene
-            .planes
-            .iter()
-            .map(|plane| (Receiver::of_plane(plane, caster, tolerance, radius), plane.kind == PlaneKind::Surface));
-        let mut receivers: Vec<(Receiver, bool)> = planes.collect();
-        for (receiver, served) in Receiver::of_sensors(scene, caster, tolerance, radius) {
-            receivers.push((receiver, false));
-            sensors.push(served);
-        }
-        if let Some((receiver, served)) = Receiver::of_bodies(scene, caster, tolerance) {
-            receivers.push((receiver, false));
-            sensors.push(served);
-        }
-        receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
-        let counts_sharp = self.counts_sharp();
-        let place = |(mut receiver, on_surface): (Receiver, bool)| {
-            // Cells so small that even the widest window over them holds few photons are asked by discs, as single points are.
-            let [width, height] = receiver.cell;
-            receiver.cells_count =
-                counts_sharp && receiver.grid.is_some() && (2.0 * WIDEST + 1.0) * width.min(height) >= radius;
-            let dark = vec![Estimate::DARK; receiver.len()];
-            let sampled = self.plan.bounces && self.plan.method.sends_rays();
-            let told_apart = receiver.is_plane() || !receiver.bodies().is_empty();
-            Place {
-                on_surface,
-                has_value: vec![true; receiver.len()],
-                standing: vec![Standing::Place; receiver.len()],
-                surroundings: Vec::new(),
-                smoother: None,
-                direct: None,
-                faint: None,
-                samples: sampled.then(|| match &self.groups {
-                    Some(groups) if told_apart => {
-                        let (width, variances) = (groups.width::<C>(), receiver.grid.is_none());
-                        Samples::in_groups(receiver.len(), batches(&receiver), width, variances)
-                    }
-                    _ => Samples::new(receiver.len(), batches(&receiver)),
-                }),
-                groups: if told_apart { self.place_groups(&receiver) } else { None },
-                witness: None,
-                doubt: Vec::new(),
-                contradiction: None,
-                counts: None,
-                areas: Vec::new(),
-                density: self.empty_densities(&receiver),
-                bounced: dark,
-                rest: Vec::new(),
-                extremes: Vec::new(),
-                scaled: Vec::new(),
-                receiver,
-            }
-        };
-        let mut places: Vec<Place<C>> = receivers.into_iter().map(place).collect();
-        let first = places.len() - scene.surfaces.len();
-        for (place, surface) in places[first..].iter_mut().zip(&scene.surfaces) {
-            place.areas = surface.samples.iter().map(Sample::area).collect();
-        }
-        (places, sensors)
-    }
-
-    /// Sums for the photon densities that are asked for at a receiver.
-    fn empty_densities(&self, receiver: &Receiver) -> densities::Densities<C> {
-        let points = if receiver.is_plane() { receiver.len() } else { 0 };
-        densities::Densities::new(points * self.discs(receiver.cells_count), points * self.smooth_scales())
-    }
-
-    fn direct(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
-        let steps = (places.len() * self.scene.luminaires.len()) as u64;
-        self.timed("direct light", steps, |this| {
-            let blockers = Blockers::new(&this.scene.mesh, caster);
-            for (index, place) in places.iter_mut().enumerate() {
-                let seed = Seed(this.settings.seed).branch(PURPOSE_SHADOWS).branch(index as u64);
-                let advance = |steps| this.progress.advance(steps);
-                let (luminaires, receiver) = (&this.scene.luminaires, &place.receiver);
-                let groups = place.groups.as_ref().and(this.groups.as_ref());
-                // Where rays come anyway, and neighbours help each other, faint luminaires are left to them.
-                let faint =
-                    this.settings.smooth && receiver.grid.is_some() && place.samples.is_some() && groups.is_none();
-                let light = match receiver.bodies() {
-                    [] => {
-                        let asked = Asked { groups, faint };
-                        let (light, faint) = direct_light_for(luminaires, receiver, &blockers, seed, advance, asked);
-                        place.faint = (!faint.is_empty()).then(|| FaintLight {
-                            samples: Samples::new(receiver.len(), MAP_BATCHES),
-                            luminaires: faint,
-                            light: Vec::new(),
-                        });
-                        light
-                    }
-                    bodies => direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups),
-                };
-                this.prepared_rays += light.rays;
-                place.direct = Some(light);
-            }
-        });
-    }
-
-    /// Finds which points are places at all. That is a fact of the scene: all seeds agree on it, so that their results can be
-    /// merged.
-    fn find_standings(&self, places: &mut [Place<C>], caster: &RayCaster) {
-        let points = places.iter().map(|place| Points { receiver: &place.receiver, areas: &place.areas });
-        let points: Vec<Points<'_>> = points.collect();
-        // Cutting leaves slivers of what is hidden: light that is real comes by some other way, too.
-        let of_place = |place: &Place<C>| {
-            let values = place.direct.iter().flat_map(|light| &light.value);
-            values.fold(0.0, |most: f64, value| most.max(photometric(*value)))
-        };
-        let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
-        let is_lit = |place: usize, point: usize| {
-            places[place].direct.as_ref().is_some_and(|light| photometric(light.value[point]) > sliver)
-        };
-        let mut reach = Reach::new(self.scene, caster, Seed(0).branch(PURPOSE_REACH));
-        let found = reach.standings(&points, is_lit);
-        for (place, standing) in places.iter_mut().zip(found) {
-            place.has_value = standing.iter().map(|standing| standing.is_place()).collect();
-            place.standing = standing;
-        }
-    }
-
-    /// Finds which points are places at all, and what is in their neighbours' way.
-    fn look_around(&mut self, places: &mut [Place<C>], caster: &RayCaster) {
-        let radius = self.searches.smooth.radius;
-        let densities = self.plan.method != Method::Seed && self.has_smooth_densities();
-        let counts_sharp = self.counts_sharp();
-        self.timed("look around", places.len() as u64, |this| {
-            this.find_standings(places, caster);
-            for place in places {
-                let Place { receiver, has_value, surroundings, smoother, samples, witness, .. } = place;
-                let points = (0..receiver.len()).into_par_iter();
-                let has_discs = counts_sharp && !receiver.cells_count;
-                if receiver.is_plane() && (densities || has_discs) {
-                    *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
-                    this.prepared_rays += (FAN * surroundings.len()) as u64;
-                }
-                let helped = if samples.is_some() { this.settings.smooth } else { counts_sharp };
-                if let (Some(grid), true) = (receiver.grid, helped) {
-                    *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
-                    this.prepared_rays += 2 * receiver.len() as u64;
-                }
-                let relies = this.plan.method == Method::Gather && this.plan.photons && samples.is_some();
-                if relies && receiver.is_plane() && this.scene.materials.iter().any(Material::is_diffuse) {
-                    *witness = match (receiver.grid, &*smoother) {
-                        (Some(grid), Some(smoother)) => Some(Witness::of_grid(grid, receiver, smoother, caster)),
-                        (None, _) => Some(Witness::of_points(receiver, 0.5 * radius, caster)),
-                        _ => None,
-                    };
-                }
-                this.progress.advance(1);
-            }
-        });
-    }
-}
-
-/// Batches of the samples of a receiver's points.
-fn batches(receiver: &Receiver) -> usize {
-    if receiver.grid.is_some() { MAP_BATCHES } else { POINT_BATCHES }
 }
 
 /// Purposes of random streams, so that none draws another's numbers.
@@ -484,3 +214,9 @@ const PURPOSE_EXTREMES: u64 = 9;
 
 /// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
 const MOST_ENDLESS: f64 = 0.02;
+
+/// How far a surface may lie from where a measuring plane is said to be, m, in a scene of this diagonal (m): thicker than what
+/// CAD programs round, thinner than what people build.
+fn surface_tolerance(diagonal: f64) -> f64 {
+    (2e-4 * diagonal).min(2e-3)
+}

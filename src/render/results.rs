@@ -2,19 +2,18 @@
 
 use glam::DVec3;
 
-use super::passes::worst_of;
-use super::{Place, Rendering};
+use super::Rendering;
+use super::method::Rays;
+use super::place::{Cell, Place, left_out, worst_of};
 use crate::embree::RELATIVE_OFFSET;
 use crate::flux::photometric;
 use crate::gather::density::Estimate;
-use crate::gather::direct::DirectLight;
 use crate::gather::reach::Standing;
 use crate::gather::receiver::MIDDLE_SHARE;
 use crate::gather::witness::Contradiction;
 use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
 use crate::photon::trace::Tally;
-use crate::render::plan::Method;
 use crate::results::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
 use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
 use crate::text::number::fine_percent;
@@ -29,17 +28,17 @@ impl<const C: usize> Rendering<'_, C> {
     /// Says what a user ought to know about this run.
     pub(super) fn warn(&mut self, places: &[Place<C>]) {
         for (plane, place) in self.scene.planes.iter().zip(places) {
-            let missed = |point: &usize| place.has_value[*point] && !place.receiver.is_on_surface(*point);
+            let missed = |point: &usize| place.site.has_value[*point] && !place.site.receiver.is_on_surface(*point);
             let missed = (0..plane.len()).filter(missed).count();
             if plane.kind == PlaneKind::Surface && missed > 0 {
                 self.warnings.push(format!(
                     "plane \"{}\": {missed} of {} points have no surface within {:.1} mm; expected on = \"air\" there",
                     plane.name,
                     plane.len(),
-                    1e3 * place.receiver.tolerance,
+                    1e3 * place.site.receiver.tolerance,
                 ));
             }
-            if place.has_value.iter().all(|has_value| !has_value) {
+            if place.site.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
                     "plane \"{}\": no light can arrive at any of its {} points; along × across points to the measured side, and \
                      some luminaire has to shine into the same space",
@@ -48,9 +47,9 @@ impl<const C: usize> Rendering<'_, C> {
                 ));
             }
             self.warn_of_contradiction(&format!("plane \"{}\"", plane.name), place);
-            let unmet = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
+            let unmet = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
             let unmet = (0..plane.len()).filter(unmet).count();
-            if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+            if self.composition.density.is_some() && unmet > 0 {
                 self.warnings.push(format!(
                     "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0; \
                      expected more photons or a larger radius",
@@ -62,14 +61,14 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let first = places.len() - self.scene.surfaces.len();
         let unmet = |place: &Place<C>| {
-            let dark = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
-            (0..place.receiver.len()).filter(dark).count()
+            let dark = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
+            (0..place.len()).filter(dark).count()
         };
         for place in &places[self.scene.planes.len()..first] {
             self.warn_of_contradiction("sensors", place);
         }
         let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
-        if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+        if self.composition.density.is_some() && unmet > 0 {
             self.warnings.push(format!(
                 "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0; expected more photons \
                  or a larger radius",
@@ -78,16 +77,16 @@ impl<const C: usize> Rendering<'_, C> {
             ));
         }
         for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
-            if place.has_value.iter().all(|has_value| !has_value) {
+            if place.site.has_value.iter().all(|has_value| !has_value) {
                 self.warnings.push(format!(
                     "surface \"{}\": no light can arrive at any sample; side = \"front\" is the one from which vertices run \
                      counter-clockwise, and some luminaire has to shine into the same space",
                     surface.name
                 ));
             }
-            let unmet = |point: &usize| place.has_value[*point] && is_dark(&place.bounced[*point]);
+            let unmet = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
             let unmet = (0..surface.samples.len()).filter(unmet).count();
-            if self.plan.bounces && !self.plan.method.sends_rays() && unmet > 0 {
+            if self.composition.density.is_some() && unmet > 0 {
                 self.warnings.push(format!(
                     "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0; \
                      expected more photons or a wider spacing",
@@ -98,7 +97,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let coarse: Vec<String> = self.scene.planes.iter().flat_map(areas::too_coarse).collect();
         self.warnings.extend(coarse);
-        if self.plan.method == Method::Path && self.plan.caustics {
+        if self.composition.rays == Some(Rays::AsPaths) && self.plan.caustics {
             let point = |luminaire: &Luminaire| matches!(luminaire.opening, Opening::Point { .. });
             self.warnings.push(if self.scene.luminaires.iter().any(point) {
                 "method path never meets a luminaire without extent in a mirror or behind glass: that light is missing; \
@@ -144,7 +143,8 @@ impl<const C: usize> Rendering<'_, C> {
 
     /// Rays and photons that contradict each other.
     fn warn_of_contradiction(&mut self, what: &str, place: &Place<C>) {
-        if let Some(Contradiction { photons, rays }) = place.contradiction {
+        let contradiction = place.parts.iter().find_map(|part| part.contradiction());
+        if let Some(Contradiction { photons, rays }) = contradiction {
             self.warnings.push(format!(
                 "{what}: photons bring {photons:.3e} lx to a part of it where rays found {rays:.3e} lx: light comes through \
                  openings, or from places, that rays rarely meet; the standard errors there hold the difference; method \
@@ -183,7 +183,7 @@ impl<const C: usize> Rendering<'_, C> {
             })
             .collect();
         for place in places {
-            let receiver = &place.receiver;
+            let receiver = &place.site.receiver;
             for (name, lamp) in &lamps {
                 let height = (*lamp - receiver.origin.as_dvec3()).dot(receiver.normal.as_dvec3());
                 if receiver.is_plane() && height.abs() > 8.0 * step {
@@ -273,10 +273,14 @@ impl<const C: usize> Rendering<'_, C> {
             cells: plane.cells,
             illuminance: cells.iter().map(|cell| photometric(cell.value)).collect(),
             rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
-            direct: place.direct.is_some().then(|| cells.iter().map(|cell| photometric(cell.direct)).collect()),
+            direct: place
+                .straight()
+                .next()
+                .is_some()
+                .then(|| cells.iter().map(|cell| photometric(cell.direct)).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
-            has_value: place.has_value.clone(),
-            standing: place.standing.clone(),
+            has_value: place.site.has_value.clone(),
+            standing: place.site.standing.clone(),
             outlines: outlines(self.scene, plane),
             groups: (0..self.group_names().len()).map(|group| self.group_map(place, group)).collect(),
             extremes: place.extremes.first().copied(),
@@ -287,7 +291,7 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     fn surface(&self, surface: &MeasuredSurface, place: &Place<C>) -> SurfaceMap {
-        let cells: Vec<Cell<C>> = (0..place.receiver.len()).map(|point| Cell::of(place, point)).collect();
+        let cells: Vec<Cell<C>> = (0..place.len()).map(|point| Cell::of(place, point)).collect();
         let world = |corner| corner + self.scene.centre;
         SurfaceMap {
             name: surface.name.clone(),
@@ -296,8 +300,8 @@ impl<const C: usize> Rendering<'_, C> {
             illuminance: cells.iter().map(|cell| photometric(cell.value)).collect(),
             rgb: self.plan.coloured.then(|| cells.iter().map(|cell| cell.rgb()).collect()),
             standard_error: cells.iter().map(|cell| cell.variance.sqrt()).collect(),
-            has_value: place.has_value.clone(),
-            standing: place.standing.clone(),
+            has_value: place.site.has_value.clone(),
+            standing: place.site.standing.clone(),
             extremes: place.extremes.first().copied(),
         }
     }
@@ -315,8 +319,8 @@ impl<const C: usize> Rendering<'_, C> {
             standard_error: cell.variance.sqrt(),
             target: sensor.target,
             daylight: sensor.daylight,
-            has_value: place.has_value[point],
-            standing: place.standing[point],
+            has_value: place.site.has_value[point],
+            standing: place.site.standing[point],
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
@@ -352,44 +356,6 @@ fn mean_over_disc(points: &[(usize, SensorReading)]) -> SensorReading {
         group.standard_error = of(&|reading| reading.groups[number].standard_error);
     }
     mean
-}
-
-/// Direct light and what has bounced, of one point together.
-pub(super) struct Cell<const C: usize> {
-    pub(super) value: [f64; C],
-    direct: [f64; C],
-    pub(super) variance: f64,
-}
-
-impl<const C: usize> Cell<C> {
-    pub(super) fn of(place: &Place<C>, point: usize) -> Self {
-        if !place.has_value[point] {
-            return Self { value: [0.0; C], direct: [0.0; C], variance: 0.0 };
-        }
-        let bounced = place.bounced[point];
-        let (strong, spread) =
-            place.direct.as_ref().map_or(([0.0; C], 0.0), |light| (light.value[point], light.variance[point]));
-        let faint = place.faint.as_ref().and_then(|faint| faint.light.get(point)).copied().unwrap_or(Estimate::DARK);
-        let direct: [f64; C] = std::array::from_fn(|c| strong[c] + faint.value[c]);
-        let value = std::array::from_fn(|c| bounced.value[c] + direct[c]);
-        Self { value, direct, variance: bounced.variance + spread + faint.variance }
-    }
-
-    /// The same with no error but that of direct light.
-    pub(super) fn of_direct(place: &Place<C>, point: usize) -> Self {
-        let spread = place.direct.as_ref().map_or(0.0, |light| light.variance[point]);
-        Self { variance: spread, ..Self::of(place, point) }
-    }
-
-    fn rgb(&self) -> [f64; 3] {
-        std::array::from_fn(|c| self.value[if C == 1 { 0 } else { c }])
-    }
-}
-
-/// Mean and largest share of a point's light that weak luminaires may have brought: of the worst receiver.
-fn left_out<const C: usize>(places: &[Place<C>]) -> [f64; 2] {
-    let shares = places.iter().filter_map(|place| place.direct.as_ref()).map(DirectLight::left_out_share);
-    shares.fold([0.0; 2], |[mean, most], share| [mean.max(share[0]), most.max(share[1])])
 }
 
 /// Outlines of the flat openings, in metres along and across the plane.

@@ -3,18 +3,21 @@
 //! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there: a
 //! search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
 //! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled, and
-//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast ([`web`]). Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for
-//! far luminaires that hardly matter.
+//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast ([`web`]).
+//! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far luminaires that
+//! hardly matter.
 //!
 //! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives with the
 //! photons. Panes let their share of the light pass straight ([`panes`]).
 
+mod blocker;
 pub mod blockers;
 pub(crate) mod emitter;
 pub mod faint;
 mod panes;
 pub mod polygon;
 mod sample;
+mod view;
 mod web;
 
 use glam::{DVec3, Vec3};
@@ -22,12 +25,14 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use self::blocker::Blocker;
 use self::blockers::{Blockers, Bounds, Shaft};
 use self::emitter::{BodySource, Emitter, Light, Source, emitters};
 use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
 use self::panes::{PaneShadow, Shaded};
 use self::polygon::{Pieces, Shadow, above_horizon};
 use self::sample::Target;
+use self::view::View;
 use self::web::Parts;
 use super::receiver::Receiver;
 use crate::flux::photometric;
@@ -250,93 +255,6 @@ impl<const C: usize> Sum<C> {
     }
 }
 
-/// A triangle in front of an opening's plane, or what of it lies there.
-#[derive(Clone, Copy)]
-struct Blocker {
-    corners: [DVec3; 4],
-    count: u32,
-    guard: Guard,
-    normal: DVec3,
-    area: f64,
-    /// Material of a pane, which hides a part of the light only.
-    pane: Option<u32>,
-}
-
-/// Whence a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and from points
-/// on the body's side it is behind.
-#[derive(Clone, Copy)]
-enum Guard {
-    /// From everywhere: it lies in front of a flat opening.
-    Always,
-    /// Its own plane: it hides the body from the side of its normal, or from the other.
-    Own(bool),
-    /// The plane of a facet of the body.
-    Facet(u16),
-}
-
-impl Blocker {
-    /// The part of a triangle above the plane n · x = height.
-    fn above(triangle: [DVec3; 3], n: DVec3, height: f64) -> Option<Self> {
-        let [a, b, c] = triangle;
-        let cross = (b - a).cross(c - a);
-        let length = cross.length();
-        let above = triangle.map(|corner| corner.dot(n) - height);
-        if length <= 0.0 || above.iter().all(|&above| above <= 0.0) {
-            return None;
-        }
-        let (mut corners, mut count) = ([DVec3::ZERO; 4], 0_u32);
-        let mut push = |corner: DVec3| {
-            corners[count as usize] = corner;
-            count += 1;
-        };
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            if above[i] >= 0.0 {
-                push(triangle[i]);
-            }
-            if (above[i] > 0.0 && above[j] < 0.0) || (above[i] < 0.0 && above[j] > 0.0) {
-                push(triangle[i] + (triangle[j] - triangle[i]) * (above[i] / (above[i] - above[j])));
-            }
-        }
-        Some(Self { corners, count, guard: Guard::Always, normal: cross / length, area: length, pane: None })
-    }
-
-    /// What of a triangle is outside of a body.
-    fn around(body: &Body, triangle: [DVec3; 3], found: &mut Vec<Self>) {
-        let Some(whole) = Self::above(triangle, DVec3::ZERO, -1.0) else { return };
-        let height = whole.normal.dot(triangle[0]);
-        if body.reach(whole.normal) <= height {
-            found.push(Self { guard: Guard::Own(true), ..whole });
-        } else if -body.reach(-whole.normal) >= height {
-            found.push(Self { guard: Guard::Own(false), ..whole });
-        } else {
-            body.parts_outside(&triangle, |facet, part| {
-                for i in (1..part.len() - 1).step_by(2) {
-                    let mut corners = [DVec3::ZERO; 4];
-                    let end = (i + 3).min(part.len());
-                    corners[0] = part[0];
-                    corners[1..=end - i].copy_from_slice(&part[i..end]);
-                    found.push(Self { corners, count: (end - i) as u32 + 1, guard: Guard::Facet(facet), ..whole });
-                }
-            });
-        }
-    }
-
-    /// Whether it is between `eye` and what it may hide.
-    #[inline]
-    fn is_before(&self, source: &Source, eye: DVec3) -> bool {
-        match (self.guard, source) {
-            (Guard::Own(side), _) => ((eye - self.corners[0]).dot(self.normal) > 0.0) == side,
-            (Guard::Facet(facet), Source::Body(body)) => body.body.is_above(facet, eye),
-            _ => true,
-        }
-    }
-
-    fn corners(&self) -> &[DVec3] {
-        &self.corners[..self.count as usize]
-    }
-}
-
 /// Buffers that are used again and again.
 #[derive(Default)]
 struct Scratch {
@@ -347,30 +265,6 @@ struct Scratch {
     view: View,
     shares: Vec<f64>,
     rays: u64,
-}
-
-/// An opening as one point sees it.
-#[derive(Default)]
-struct View {
-    /// Relative to the point, above its horizon.
-    whole: Vec<DVec3>,
-    /// Inward normals of the planes through the point and the edges.
-    edges: Vec<DVec3>,
-    /// Largest coordinate of its corners.
-    size: f64,
-    /// Height over a measured flat opening's plane, m.
-    flat_on: f64,
-    /// What is still lit, and whether any shadow fell on it.
-    lit: Pieces,
-    touched: bool,
-    cuts_done: usize,
-    next: Pieces,
-    cuts: [Vec<DVec3>; 2],
-    /// Outline of a body.
-    outline: Vec<DVec3>,
-    /// Panes before the opening.
-    panes: Vec<PaneShadow>,
-    parts: Parts,
 }
 
 /// What may stand in the way.
@@ -775,121 +669,6 @@ impl<const C: usize> Gather<'_, C> {
         }
         found.sort_by(|a, b| b.area.total_cmp(&a.area));
         if found.is_empty() { InTheWay::Nothing } else { InTheWay::Few }
-    }
-}
-
-impl View {
-    /// Looks at an opening from a point: the illuminance of all of it, lx.
-    fn look(&mut self, source: &Source, eye: DVec3, up: DVec3) -> f64 {
-        self.flat_on = f64::INFINITY;
-        let light = match source {
-            Source::Polygon(polygon) => {
-                let height = (eye - polygon.corners[0]).dot(polygon.normal);
-                if height < 0.0 || (height == 0.0 && !polygon.edge_on) {
-                    return 0.0;
-                }
-                if let Light::Web(_) = polygon.light {
-                    self.flat_on = height;
-                }
-                above_horizon(&polygon.corners, eye, up, &mut self.whole);
-                &polygon.light
-            }
-            Source::Body(body) => {
-                body.body.outline(eye, &mut self.outline);
-                above_horizon(&self.outline, DVec3::ZERO, up, &mut self.whole);
-                &body.light
-            }
-            Source::Point(_) | Source::Mesh(_) => return 0.0,
-        };
-        if self.whole.len() < 3 { 0.0 } else { light.whole(&self.whole, up, &mut self.parts) }
-    }
-
-    /// Whether shadows can be cut out of the opening looked at last: seen edge on it has no room for them.
-    fn has_room(&self) -> bool {
-        self.flat_on == f64::INFINITY
-            || self.flat_on
-                > 1e-9 * self.whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()))
-    }
-
-    /// Gets ready to cut shadows out of the opening looked at last.
-    fn start(&mut self) {
-        let Self { whole, edges, size, lit, cuts_done, touched, panes, .. } = self;
-        edges.clear();
-        let count = whole.len();
-        edges.extend((0..count).map(|i| whole[(i + 1) % count].cross(whole[i])));
-        *size = whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
-        lit.clear();
-        lit.push(whole);
-        panes.clear();
-        (*cuts_done, *touched) = (0, false);
-    }
-
-    /// Cuts out the shadow of one blocker, or remembers that of a pane; whether it falls on the opening.
-    fn hide(&mut self, blocker: &Blocker, source: &Source, eye: DVec3) -> bool {
-        let Self { whole, edges, size, lit, next, cuts, cuts_done, touched, panes, .. } = self;
-        if !blocker.is_before(source, eye) {
-            return false;
-        }
-        let mut corners = blocker.corners;
-        corners.iter_mut().for_each(|corner| *corner -= eye);
-        let corners = &corners[..blocker.count as usize];
-        if edges.iter().any(|edge| corners.iter().all(|corner| edge.dot(*corner) <= 0.0)) {
-            return false;
-        }
-        let Some(shadow) = Shadow::of(corners, blocker.normal) else { return false };
-        if shadow.misses(whole, *size) {
-            return false;
-        }
-        *touched = true;
-        if let Some(material) = blocker.pane {
-            panes.push(PaneShadow { shadow, normal: blocker.normal, material });
-            return true;
-        }
-        next.clear();
-        for piece in lit.iter() {
-            shadow.cut(piece, *size, next, cuts);
-        }
-        *cuts_done += lit.len();
-        std::mem::swap(lit, next);
-        true
-    }
-
-    /// Cuts the shadows of some blockers out of the opening looked at last, and tells whether any falls on it; nothing if that
-    /// takes too many cuts.
-    fn cut(&mut self, blockers: &[Blocker], source: &Source, eye: DVec3) -> Option<bool> {
-        self.start();
-        for blocker in blockers {
-            self.hide(blocker, source, eye);
-            if self.lit.len() == 0 {
-                return Some(true);
-            }
-            if self.cuts_done > MOST_CUTS {
-                return None;
-            }
-        }
-        Some(self.touched)
-    }
-}
-
-impl Source {
-    fn light(&self) -> Option<&Light> {
-        match self {
-            Self::Polygon(polygon) => Some(&polygon.light),
-            Self::Body(body) => Some(&body.light),
-            Self::Point(_) | Self::Mesh(_) => None,
-        }
-    }
-
-    /// What of a triangle may hide something of the source; `ahead` is the plane just in front of it, if it is flat.
-    fn blockers(&self, ahead: Option<(DVec3, f64)>, number: u32, triangle: [DVec3; 3], found: &mut Vec<Blocker>) {
-        match self {
-            Self::Body(BodySource { own, .. }) if own.contains(&number) => {}
-            Self::Body(BodySource { body, .. }) => Blocker::around(body, triangle, found),
-            _ => {
-                let (normal, height) = ahead.unwrap_or((DVec3::ZERO, -1.0));
-                found.extend(Blocker::above(triangle, normal, height));
-            }
-        }
     }
 }
 

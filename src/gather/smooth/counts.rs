@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use super::{Fit, Smoother, Sums, WINDOWS, box_means};
+use super::fit::{Fit, Sums};
+use super::{Smoother, WINDOWS, box_means};
 use crate::flux::photometric;
 use crate::gather::density::Estimate;
 

@@ -1,0 +1,217 @@
+//! What each method is made of. But for names, defaults and words, this is the only place where methods differ.
+
+use super::plan::{Method, Plan};
+use super::settings::{SENSOR_RAYS, Settings};
+use super::{PURPOSE_SIGHT, Rendering};
+use crate::embree::RayCaster;
+use crate::gather::density::Search;
+use crate::gather::parts::counted::Counted;
+use crate::gather::parts::density::{Discs, PaperDensity, SmoothDensity};
+use crate::gather::parts::{Part, Site, rays};
+use crate::gather::receiver::Keep;
+use crate::random::Seed;
+
+/// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
+pub(super) const ROUNDS: u64 = 4;
+
+/// Where rays from the points end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rays {
+    /// On surfaces whose light the photons know: final gather.
+    OnPatches,
+    /// Where roulette lets them: paths.
+    AsPaths,
+}
+
+/// How the density of photons tells light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Density {
+    /// Corrected for every known bias, smooth light apart from light with edges.
+    LocalLinear,
+    /// As printed in the paper.
+    Paper,
+}
+
+/// What a method asks of photons and rays, in one scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Composition {
+    /// Rays from the points, if it sends any.
+    pub(super) rays: Option<Rays>,
+    /// Whether rays that meet a surface go on even where photons know its light.
+    pub(super) paths: bool,
+    /// Densities of photons where they cross planes, if it takes any.
+    pub(super) density: Option<Density>,
+    /// Which photons are kept where they cross planes, if any.
+    pub(super) crossings: Option<Keep>,
+    /// Which photons are counted in cells, on samples and about bodies, if any.
+    pub(super) counted: Option<Keep>,
+    /// Whether light with edges is told by photons: counted in the cells of grids, over discs about single points.
+    pub(super) counts_sharp: bool,
+    /// Whether photons are kept where they land.
+    pub(super) landings: bool,
+    /// Whether photons tell the light of surfaces, patch by patch; others are then a witness of what rays find.
+    pub(super) patches: bool,
+    /// Whether rays or cameras ask for caustics where they meet surfaces.
+    pub(super) caustic_maps: bool,
+    /// Stages of a pass, for the record of times.
+    pub(super) stages: &'static [&'static str],
+}
+
+impl Composition {
+    /// That of a plan; `cameras` tells whether there are any.
+    pub(super) fn of(plan: &Plan, cameras: bool) -> Self {
+        let none = Self {
+            rays: None,
+            paths: false,
+            density: None,
+            crossings: None,
+            counted: None,
+            counts_sharp: false,
+            landings: false,
+            patches: false,
+            caustic_maps: plan.caustics && cameras,
+            stages: &["trace photons", "build trees", "gather"],
+        };
+        // Photons of methods without them, or of scenes without passes, are not asked for anything.
+        let photons = |keep: Keep| plan.photons.then_some(keep);
+        let density = plan.photons.then_some(Density::LocalLinear);
+        match plan.method {
+            Method::Gather => {
+                let caustics = if plan.caustics { photons(Keep::Caustics) } else { None };
+                Self {
+                    rays: plan.bounces.then_some(Rays::OnPatches),
+                    crossings: caustics,
+                    counted: caustics,
+                    counts_sharp: caustics.is_some(),
+                    patches: plan.photons,
+                    caustic_maps: plan.caustics,
+                    stages: &["trace photons", "build records", "gather rays"],
+                    ..none
+                }
+            }
+            Method::Path => {
+                let rays = plan.bounces.then_some(Rays::AsPaths);
+                Self { rays, paths: true, stages: &["gather rays"], ..none }
+            }
+            Method::Split => {
+                let bounced = photons(Keep::Bounced);
+                let counts_sharp = plan.photons && plan.caustics;
+                Self { density, crossings: bounced, counted: bounced, counts_sharp, ..none }
+            }
+            Method::Photons => {
+                let all = photons(Keep::All);
+                Self { density, crossings: all, counted: all, counts_sharp: plan.photons, ..none }
+            }
+            Method::Seed => {
+                let all = photons(Keep::All);
+                let density = plan.photons.then_some(Density::Paper);
+                Self { density, crossings: all, counted: all, landings: plan.photons, ..none }
+            }
+        }
+    }
+
+    /// Parts of a pass with photons of their own.
+    pub(super) fn rounds(&self, method: Method) -> u64 {
+        if method.sends_rays() { ROUNDS } else { 1 }
+    }
+}
+
+/// What parts of the light are made from at a receiver.
+pub(super) struct MadeFrom<'r, 'a, const C: usize> {
+    pub(super) run: &'r Rendering<'a, C>,
+    /// Number of the receiver.
+    pub(super) index: usize,
+    /// Areas of its points where photons are counted there, m².
+    pub(super) counted: Option<Vec<f64>>,
+    pub(super) caster: &'r RayCaster,
+}
+
+/// The parts of the light that passes tell at a receiver. A new part has its line here.
+pub(super) fn parts<const C: usize>(
+    site: &Site,
+    in_groups: bool,
+    made_from: MadeFrom<'_, '_, C>,
+) -> Vec<Box<dyn Part<C>>> {
+    let MadeFrom { run, index, counted, caster } = made_from;
+    let (composition, settings, searches) = (&run.composition, run.settings, &run.searches);
+    let receiver = &site.receiver;
+    let (points, is_plane) = (receiver.len(), receiver.is_plane());
+    let groups = run.groups.as_ref().filter(|_| in_groups);
+    // Variances of groups are kept of single points only.
+    let with_variances = groups.map(|groups| (groups, if receiver.grid.is_some() { 0 } else { groups.len() }));
+
+    let mut parts: Vec<Box<dyn Part<C>>> = Vec::new();
+    if composition.rays.is_some() {
+        let seed = Seed(settings.seed).branch(PURPOSE_SIGHT).branch(index as u64);
+        let times = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
+        let witness = run.witness(site, caster);
+        parts.push(Box::new(rays::Rays::new(receiver, seed, times, settings.smooth, witness, groups)));
+    }
+    if let Some(areas) = counted {
+        parts.push(Box::new(Counted::new(areas, groups.map_or(0, |groups| groups.width::<C>()))));
+    }
+    if composition.counts_sharp && is_plane && !receiver.cells_count {
+        let Search { radius, floor, .. } = searches.sharp;
+        parts.push(Box::new(Discs::new(points, radius, floor, with_variances)));
+    }
+    match composition.density.filter(|_| is_plane) {
+        Some(Density::LocalLinear) => {
+            parts.push(Box::new(SmoothDensity::new(points, settings.nearest.is_some(), with_variances)));
+        }
+        Some(Density::Paper) => parts.push(Box::new(PaperDensity::new(points))),
+        None => {}
+    }
+    parts
+}
+
+/// Search limits of the two kinds of light; see [`Crossings`](crate::gather::receiver::Crossings).
+#[derive(Clone, Copy)]
+pub(super) struct Searches {
+    pub(super) sharp: Search,
+    pub(super) smooth: Search,
+}
+
+impl Searches {
+    /// Those of one map of `photons` photons; `diagonal` is that of the scene, m.
+    pub(super) fn new(method: Method, settings: &Settings, diagonal: f64, photons: f64) -> Self {
+        let radius = settings.radius.unwrap_or(0.1 * diagonal) as f32;
+        let floor = (SMALLEST_DISC * diagonal) as f32;
+        // Variance falls as 1/k, squared bias grows as (k/N)²: the best k grows as N^(2/3).
+        let growing = |at_a_million: f64| {
+            let k = at_a_million * (photons / 1e6).powf(2.0 / 3.0);
+            settings.nearest.unwrap_or((k as usize).clamp(LEAST_NEAREST, MOST_NEAREST))
+        };
+        let (sharp, smooth) = match method {
+            Method::Seed => {
+                let paper = settings.nearest.unwrap_or(PAPERS_NEAREST);
+                (paper, paper)
+            }
+            _ => (growing(SHARP_NEAREST), growing(SMOOTH_NEAREST)),
+        };
+        let search = |nearest| Search { nearest, radius, floor };
+        Self { sharp: search(sharp), smooth: search(smooth) }
+    }
+
+    /// Those of pass `pass` (from 0 on): discs shrink from pass to pass, so that their bias vanishes with their noise.
+    /// R²ₙ₊₁ = R²ₙ (n + α)/(n + 1) with α = 2/3, the rate at which both vanish together (Knaus & Zwicker 2011).
+    pub(super) fn of_pass(self, pass: u32) -> Self {
+        let shrunk: f64 = (1..=pass).map(|n| (f64::from(n) + 2.0 / 3.0) / (f64::from(n) + 1.0)).product();
+        let shrink = |search: Search| Search {
+            nearest: ((search.nearest as f64 * shrunk) as usize).max(search.nearest.min(20)),
+            radius: search.radius * shrunk.sqrt() as f32,
+            ..search
+        };
+        Self { sharp: shrink(self.sharp), smooth: shrink(self.smooth) }
+    }
+}
+
+/// k of a million photons: few for light with edges, many for smooth light, as measured on the seed office.
+const SHARP_NEAREST: f64 = 200.0;
+const SMOOTH_NEAREST: f64 = 1000.0;
+/// Bounds of k: fewer know no scatter, more cost time for nothing.
+const LEAST_NEAREST: usize = 30;
+const MOST_NEAREST: usize = 5000;
+/// k of the paper.
+const PAPERS_NEAREST: usize = 100;
+/// Radius of the smallest disc, as a part of the scene's diagonal: coincident photons stay finite.
+const SMALLEST_DISC: f64 = 1e-4;
