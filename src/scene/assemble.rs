@@ -27,7 +27,7 @@ use super::placed::surroundings;
 use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
-use crate::error::{Error, InputError, Location};
+use crate::error::{Error, InputError, Location, OptionError};
 use crate::files;
 use crate::files::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use crate::geometry::mesh::{Bounds, Mesh};
@@ -66,7 +66,8 @@ impl Scene {
     /// As [`Scene::load_with`]; also where the reflectance is none.
     pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         if let Some(reflectance) = options.reflectance.filter(|rgb| !rgb.iter().all(|n| (0.0..=1.0).contains(n))) {
-            return Err(Error::Usage(format!("--reflectance: found {reflectance:?}, expected numbers from 0 to 1")));
+            let (found, expected) = (format!("{reflectance:?}"), "numbers from 0 to 1".into());
+            return Err(OptionError::Value { option: "reflectance", found, expected }.into());
         }
         Ok(load(path, options)?)
     }
