@@ -4,7 +4,9 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::dimming::{Influence, influence};
+use crate::dimming::sure::{Known, solve_surely};
+use crate::dimming::verify::{Verified, named, verify};
+use crate::dimming::{Goal, Influence, influence};
 use crate::error::{Error, OptionError};
 use crate::options::{Method, Options};
 use crate::photon_map::Tree;
@@ -12,8 +14,9 @@ use crate::progress::Progress;
 use crate::render::plan::Plan;
 use crate::render::settings::of_scene;
 use crate::render::{Keeping, MOST_CELLS, Settings, Stop, Team, memory, recipe, render_in_bands};
-use crate::results::Results;
-use crate::scene::{Dimming, LoadOptions, Scene};
+use crate::results::met::sigmas;
+use crate::results::{Results, Verdict};
+use crate::scene::{Dimming, Levels, LoadOptions, Scene};
 use crate::state::file::Recipe;
 
 /// Passes that a matrix of influence takes at least, where no number is given: its standard errors decide on levels.
@@ -28,6 +31,7 @@ const LEAST_PASSES: u32 = 4;
 ///
 /// What is set here wins over `[render]` of the scene file, which wins over the defaults. The same scene and settings give the
 /// same bits for the same seed, for any number of threads, unless a time limit ends the run.
+#[derive(Clone)]
 #[must_use = "a job does nothing until it is run"]
 pub struct Job<'a> {
     /// Where the scene was read from; `None` for one made in memory.
@@ -42,6 +46,23 @@ pub struct Job<'a> {
     cameras: Vec<String>,
     checkpoint: Option<PathBuf>,
     progress: &'a dyn Progress,
+}
+
+/// Levels that serve the targets of a scene's sensors.
+#[derive(Clone, Debug)]
+pub struct Dimmed {
+    /// The levels, by luminaire.
+    pub levels: Levels,
+    /// What they draw, in [`Influence::power_unit`].
+    pub power: f64,
+    /// Sensors whose targets are not surely met.
+    pub missed: Vec<String>,
+    /// How many renders verified the levels; none where all luminaires are off.
+    pub renders: u64,
+    /// What the last of them found.
+    pub results: Option<Results>,
+    /// The matrix that the levels rest on.
+    pub influence: Influence,
 }
 
 /// How a job is computed: what is left to do is to run it.
@@ -197,22 +218,22 @@ impl<'a> Job<'a> {
         Ok(self)
     }
 
-    /// Luminaires at other levels than the scene file has them: the file is read again.
+    /// Luminaires at other levels than the scene has them. A scene file is read again; of a scene made in memory, luminaires that
+    /// are off stay off.
     ///
     /// # Errors
-    /// As [`Scene::load_as`]; also where the scene was made in memory: its luminaires get their levels there.
+    /// As [`Scene::load_as`]; where a level is given to a luminaire that the scene doesn't have.
     pub fn dimming(mut self, dimming: Dimming) -> Result<Self, Error> {
-        let Some((path, options)) = self.file.take() else {
-            let expected = "one of a file; a scene made in memory gets its levels where it is made";
-            return Err(Error::Usage(format!("found {}, expected {expected}", self.scene.file.display())));
-        };
-        if options.dimming == dimming {
-            self.file = Some((path, options));
-            return Ok(self);
+        match self.file.take() {
+            None => self.scene = self.scene.dimmed(&dimming)?,
+            Some((path, options)) if options.dimming == dimming => self.file = Some((path, options)),
+            Some((path, options)) => {
+                let mut read = Self::load_as(&path, LoadOptions { dimming, ..options })?;
+                choose(&mut read.scene, &self.planes, &self.cameras)?;
+                (self.file, self.scene, self.load_seconds) = (read.file, read.scene, read.load_seconds);
+            }
         }
-        let mut read = Self::load_as(&path, LoadOptions { dimming, ..options })?;
-        choose(&mut read.scene, &self.planes, &self.cameras)?;
-        Ok(Self { file: read.file, scene: read.scene, load_seconds: read.load_seconds, ..self })
+        Ok(self)
     }
 
     /// The scene, with what is left of it where not all is measured.
@@ -244,6 +265,37 @@ impl<'a> Job<'a> {
         }
         let results = planned.alone()?;
         Ok((Influence::of(&planned.scene, groups, &results), results))
+    }
+
+    /// Finds levels that serve every sensor's target with so much confidence, %, from 50 to 99.9999; and verifies them by
+    /// renders, six at most, each with a seed of its own.
+    ///
+    /// # Errors
+    /// As [`Job::influence`]; also where no sensor has a target.
+    pub fn dim(self, goal: Goal, confidence: f64) -> Result<Dimmed, Error> {
+        if !(50.0..=99.9999).contains(&confidence) {
+            let (found, expected) = (confidence.to_string(), "50 % to 99.9999 %".into());
+            return Err(OptionError::Value { option: "confidence", found, expected }.into());
+        }
+        let (influence, _) = self.clone().influence()?;
+        let asked = influence.sensors.iter().filter(|sensor| sensor.target.is_some()).count();
+        let sigmas = sigmas(confidence / 100.0, asked);
+        let mut known = Known::new(&influence);
+        let first = solve_surely(&known, goal, sigmas)?;
+        let progress = self.progress;
+        let Verified { sure, renders, results } = verify(&mut known, goal, sigmas, first, &mut |levels, number| {
+            let planned = self.clone().dimming(Dimming::Levels(levels))?.planned()?.seeded_later(number);
+            Ok((planned.alone()?, !progress.interrupted()))
+        })?;
+        let verdicts = known.verdicts(&sure.answer.levels, sigmas);
+        let missed = verdicts.iter().zip(&influence.sensors).filter(|(verdict, _)| match verdict {
+            Some(Verdict::Missed) => true,
+            Some(Verdict::Undecided { .. }) => goal == Goal::LeastPower,
+            _ => false,
+        });
+        let missed = missed.map(|(_, sensor)| sensor.name.clone()).collect();
+        let levels = named(&influence, &sure.answer.levels);
+        Ok(Dimmed { levels, power: sure.answer.power, missed, renders, results, influence })
     }
 
     /// The options of all layers.
@@ -298,10 +350,7 @@ impl<'a> Job<'a> {
 
     /// The same with every luminaire at full output, too, for a matrix of influence.
     pub(crate) fn told_apart(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
-        // A scene made in memory stays as it is: the matrix counts levels out.
-        if self.file.is_some() {
-            self = self.dimming(Dimming::Full)?;
-        }
+        self = self.dimming(Dimming::Full)?;
         self.least_passes = LEAST_PASSES;
         let (job, groups) = self.in_groups_of_one();
         Ok((job.planned()?, groups))

@@ -73,8 +73,7 @@ fn modules_import_only_from_floors_below() {
     for path in files {
         let inside = path.strip_prefix(&root).expect("it is inside");
         let room = inside.iter().next().expect("a name").to_string_lossy().replace(".rs", "");
-        if ["lib", "main"].contains(&room.as_str()) || inside.file_name().is_some_and(|name| name == "tests.rs")
-        {
+        if ["lib", "main"].contains(&room.as_str()) || inside.file_name().is_some_and(|name| name == "tests.rs") {
             continue;
         }
         let Some(own) = floor(&room) else {

@@ -187,8 +187,10 @@ fn a_run_without_time_does_one_pass() {
     let mut scene = shipped("seed-office.toml");
     scene.planes.truncate(1);
     scene.planes[0].cells = [12, 14];
-    let settings =
-        Settings { stop: Stop::at_error(1e-6).or_within(std::time::Duration::from_nanos(1)), ..Settings::of(Method::Gather) };
+    let settings = Settings {
+        stop: Stop::at_error(1e-6).or_within(std::time::Duration::from_nanos(1)),
+        ..Settings::of(Method::Gather)
+    };
     assert_eq!(run_with(&scene, Method::Gather, &settings).run.passes, 1);
 }
 
