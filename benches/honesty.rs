@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use luxmap::render::plan::{Method, Plan};
-use luxmap::render::{Settings, render};
+use luxmap::render::{Settings, Stop, render};
 use luxmap::results::Results;
 use luxmap::scene::Scene;
 use luxmap::study::check::scenes::room;
@@ -98,7 +98,7 @@ fn main() {
         let mut of_kind: BTreeMap<&'static str, Tally> = BTreeMap::new();
         for seed in 1..=seeds {
             let plan = Plan::new(&scene, Method::Gather);
-            let settings = Settings { error: Some(ERROR), passes: None, seed, ..Settings::for_plan(&plan) };
+            let settings = Settings { stop: Stop::at_error(ERROR), seed, ..Settings::for_plan(&plan) };
             let results = render(&scene, &plan, &settings, &()).expect("the scene is good");
             for ((kind, name), [found, sigma]) in values(&case, &results) {
                 if let Some([true_value, error]) = truth.get(&(kind, name)) {
@@ -136,7 +136,7 @@ fn long_run(case: &Case) -> Values {
     let scene = case.scene(&points, "truth");
     let plan = Plan::new(&scene, Method::Gather);
     let (passes, rays) = LONG;
-    let settings = Settings { passes: Some(passes), rays, seed: 0, smooth: false, ..Settings::for_plan(&plan) };
+    let settings = Settings { stop: Stop::after(passes), rays, seed: 0, smooth: false, ..Settings::for_plan(&plan) };
     let results = render(&scene, &plan, &settings, &()).expect("the scene is good");
     let mut truth = values(case, &results);
     for sensor in results.sensors.iter().filter(|sensor| sensor.has_value) {

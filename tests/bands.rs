@@ -7,7 +7,7 @@ use std::process::Command;
 
 use common::{folder, mean, run_with, shipped};
 use luxmap::render::plan::{Method, Plan};
-use luxmap::render::{Keeping, Settings, render_in_bands};
+use luxmap::render::{Keeping, Settings, Stop, render_in_bands};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 
@@ -37,7 +37,7 @@ fn claim(map: &IlluminanceMap) -> f64 {
 #[test]
 fn bands_make_the_map_of_the_whole() {
     let scene = office([40, 240]);
-    let settings = Settings { photons: 100_000, passes: Some(2), ..Settings::of(Method::Gather) };
+    let settings = Settings { photons: 100_000, stop: Stop::after(2), ..Settings::of(Method::Gather) };
     let whole = run_with(&scene, Method::Gather, &settings);
     let cut = in_bands(&scene, &settings, 40 * 110);
     let [whole_map, cut_map] = [&whole.maps[0], &cut.maps[0]];
@@ -63,7 +63,7 @@ fn bands_make_the_map_of_the_whole() {
 #[test]
 fn an_error_is_reached_in_bands_too() {
     let scene = office([30, 300]);
-    let settings = Settings { photons: 50_000, passes: None, error: Some(1.5), ..Settings::of(Method::Gather) };
+    let settings = Settings { photons: 50_000, stop: Stop::at_error(1.5), ..Settings::of(Method::Gather) };
     let results = in_bands(&scene, &settings, 30 * 100);
     let map = &results.maps[0];
     assert!(claim(map) < 1.05 * 0.015 * mean(map) || !results.run.warnings.is_empty(), "claims {} lx", claim(map));

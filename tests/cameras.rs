@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use common::{assert_close, room, run_with, scene};
-use luxmap::render::Settings;
 use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{CameraImage, IlluminanceMap, Results};
 use luxmap::scene::{Dimming, Scene};
 
@@ -17,7 +17,7 @@ fn camera(eye: [f64; 3], look_at: [f64; 3], fov: f64, pixels: [usize; 2]) -> Str
 
 fn passes(scene: &Scene, method: Method, passes: u32, seed: u64) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));
-    run_with(scene, method, &Settings { passes: Some(passes), smooth: true, seed, ..settings })
+    run_with(scene, method, &Settings { stop: Stop::after(passes), smooth: true, seed, ..settings })
 }
 
 /// A shipped scene with a camera added.
@@ -57,7 +57,7 @@ fn a_glowing_room_looks_the_same_everywhere_and_in_its_mirror() {
     let materials = ["glow", "glow", "glow", "mirror", "glow", "glow"];
     let scene = glowing("camera_glow", materials, &more);
     for (method, photons) in [(Method::Gather, 200_000), (Method::Path, 0)] {
-        let settings = Settings { passes: Some(4), photons: photons.max(1), seed: 3, ..Settings::of(method) };
+        let settings = Settings { stop: Stop::after(4), photons: photons.max(1), seed: 3, ..Settings::of(method) };
         let results = run_with(&scene, method, &settings);
         let image = &results.images[0];
         let in_mirror = |pixel: usize| (position(image, pixel)[0] - 3.0).abs() < 1e-4;
@@ -304,7 +304,7 @@ fn an_image_ends_by_its_own_error_and_no_camera_costs_nothing() {
     let mut scene = shipped_with("camera_error", "box.toml", &view);
     let planes = std::mem::take(&mut scene.planes);
     let plan = Plan::new(&scene, Method::Gather);
-    let settings = Settings { passes: None, error: Some(4.0), ..Settings::for_plan(&plan) };
+    let settings = Settings { stop: Stop::at_error(4.0), ..Settings::for_plan(&plan) };
     let results = run_with(&scene, Method::Gather, &settings);
     assert!(results.images[0].claim <= 0.04 && results.run.passes > 1, "{:?}", results.images[0].claim);
     scene.planes = planes;

@@ -6,8 +6,8 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, run_with, scene};
-use luxmap::render::Settings;
 use luxmap::render::plan::Method;
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 use luxmap::study::check::scenes::{diffuse, floor, point_lamp, polygon, room, sensor};
@@ -64,7 +64,7 @@ fn by_mirror(map: &IlluminanceMap, method: Method) -> Vec<f64> {
 }
 
 fn render(scene: &Scene, method: Method, photons: u64, passes: u32, seed: u64) -> Results {
-    run_with(scene, method, &Settings { photons, passes: Some(passes), seed, rays: 4, ..Settings::of(method) })
+    run_with(scene, method, &Settings { photons, stop: Stop::after(passes), seed, rays: 4, ..Settings::of(method) })
 }
 
 fn squares(values: impl Iterator<Item = f64>) -> f64 {

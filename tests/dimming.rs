@@ -12,7 +12,7 @@ use luxmap::dimming::{Goal, Influence, solve};
 use luxmap::luminaire::Supply;
 use luxmap::random::{Seed, Stream};
 use luxmap::render::plan::{Method, Plan};
-use luxmap::render::{Settings, render};
+use luxmap::render::{Settings, Stop, render};
 use luxmap::results::Results;
 use luxmap::results::met::sigmas;
 use luxmap::scene::Levels;
@@ -42,7 +42,7 @@ fn office(test: &str) -> Scene {
 }
 
 fn settings(seed: u64) -> Settings {
-    Settings { photons: 100_000, passes: Some(2), seed, ..Settings::of(Method::Gather) }
+    Settings { photons: 100_000, stop: Stop::after(2), seed, ..Settings::of(Method::Gather) }
 }
 
 fn run(scene: &Scene, settings: &Settings) -> Results {

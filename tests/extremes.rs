@@ -3,8 +3,8 @@
 mod common;
 
 use common::{room, run, run_with, scene};
-use luxmap::render::Settings;
 use luxmap::render::plan::Method;
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{Results, Statistics, statistics};
 use luxmap::scene::Scene;
 use luxmap::study::check::scenes::solid;
@@ -43,7 +43,7 @@ fn figures(found: &Statistics) -> [[f64; 2]; 4] {
 fn extremes_have_no_bias_and_claim_what_they_err() {
     let scene = table("extremes_bias", "");
     let settings = Settings { photons: 50_000, ..Settings::of(Method::Gather) };
-    let long = Settings { passes: Some(60), seed: 1000, ..settings.clone() };
+    let long = Settings { stop: Stop::after(60), seed: 1000, ..settings.clone() };
     let expected = figures(&floor(&run_with(&scene, Method::Gather, &long)));
     let seeds: Vec<_> = (0..24)
         .map(|seed| figures(&floor(&run_with(&scene, Method::Gather, &Settings { seed, ..settings.clone() }))))

@@ -5,8 +5,8 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{assert_close, mean, run, run_with, scene};
-use luxmap::render::Settings;
 use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, Stop};
 use luxmap::results::Results;
 use luxmap::scene::glazing::Curve;
 use luxmap::scene::{Glazing, Scene};
@@ -116,7 +116,7 @@ fn two_rooms(test: &str, window: &str, glass: &str) -> Scene {
 
 fn passes(scene: &Scene, method: Method, passes: u32) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));
-    run_with(scene, method, &Settings { passes: Some(passes), photons: 200_000, ..settings })
+    run_with(scene, method, &Settings { stop: Stop::after(passes), photons: 200_000, ..settings })
 }
 
 /// A sheet either way round, a closed slab either way round, its two faces alone, and a sheet that is said to be glazing are

@@ -5,7 +5,7 @@ mod common;
 use common::{room, run_with, scene, sensor, shipped};
 use luxmap::luminaire::Luminaire;
 use luxmap::render::plan::{Method, Plan};
-use luxmap::render::{Settings, render};
+use luxmap::render::{Settings, Stop, render};
 use luxmap::report::exr::group_layers;
 use luxmap::report::{ExtraLayers, write};
 use luxmap::results::{IlluminanceMap, Results};
@@ -49,7 +49,7 @@ fn shiny(test: &str) -> Scene {
 }
 
 fn settings(method: Method, passes: u32, groups: bool) -> Settings {
-    Settings { photons: 100_000, passes: Some(passes), seed: 11, groups, ..Settings::of(method) }
+    Settings { photons: 100_000, stop: Stop::after(passes), seed: 11, groups, ..Settings::of(method) }
 }
 
 /// Largest difference between the sum of a map's groups and the map, in parts of what is added up.
@@ -161,7 +161,7 @@ fn each_group_is_its_luminaires_alone() {
                 }
                 let [map, expected] = [&all, &solo].map(|results| &results.maps[0]);
                 let [found, expected] = [map.groups[group].mean(&map.has_value), common::mean(expected)];
-                let photons = 1e5 * f64::from(run.passes.unwrap_or(1));
+                let photons = 1e5 * f64::from(run.stop.passes().unwrap_or(1));
                 let bound = 4.0 * ((1.0 + 1.0 / share) / (0.5 * photons)).sqrt();
                 common::assert_close(&format!("{name} {} {name_of_group}", method.name()), found, expected, bound);
             }
@@ -252,7 +252,7 @@ fn the_papers_estimator_refuses_groups() {
     let scene = grey("refused");
     let refused = render(&scene, &Plan::new(&scene, Method::Seed), &settings(Method::Seed, 1, true), &());
     let message = refused.expect_err("no groups").to_string();
-    assert!(message.starts_with("--groups: found method seed, expected gather, split, path or photons"), "{message}");
+    assert!(message.starts_with("groups: found method seed, expected gather, split, path or photons"), "{message}");
 }
 
 /// More groups at more points than memory can hold are refused before anything is computed.

@@ -5,14 +5,14 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{room, run_with, scene, sensor};
-use luxmap::render::Settings;
 use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, Stop};
 use luxmap::results::Results;
 use luxmap::scene::Scene;
 
 fn passes(scene: &Scene, method: Method, passes: u32, seed: u64) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));
-    run_with(scene, method, &Settings { passes: Some(passes), seed, ..settings })
+    run_with(scene, method, &Settings { stop: Stop::after(passes), seed, ..settings })
 }
 
 /// A closed room of ρ = 0.5 and glowing walls, whose light is the same everywhere: M/(1 − ρ).

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use std::fs;
 
 use common::{assert_close, folder, mean, room, run_with, scene, sensor};
-use luxmap::render::Settings;
 use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 
@@ -15,7 +15,7 @@ const ALL: [Method; 4] = [Method::Gather, Method::Path, Method::Split, Method::P
 
 fn passes(scene: &Scene, method: Method, passes: u32, seed: u64) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));
-    run_with(scene, method, &Settings { passes: Some(passes), smooth: true, seed, ..settings })
+    run_with(scene, method, &Settings { stop: Stop::after(passes), smooth: true, seed, ..settings })
 }
 
 /// √(mean σ²) over the mean.
@@ -128,7 +128,7 @@ fn rays_and_photons_agree_on_rough_metal() {
             let scene = panel(name, roughness, lamp);
             let run = |method, passes| {
                 let settings = Settings::for_plan(&Plan::new(&scene, method));
-                let settings = Settings { passes: Some(passes), smooth: false, seed: 5, ..settings };
+                let settings = Settings { stop: Stop::after(passes), smooth: false, seed: 5, ..settings };
                 let results = run_with(&scene, method, &settings);
                 (mean(&results.maps[0]), claim(&results.maps[0]), results)
             };

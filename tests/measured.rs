@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use common::{assert_close, mean, room, run, run_with, scene, sensor};
 use glam::DVec3;
 use luxmap::luminaire::web::Web;
-use luxmap::render::Settings;
 use luxmap::render::plan::{Method, Plan};
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 
@@ -210,7 +210,7 @@ fn a_mirror_shows_the_luminaire_to_every_method() {
         let scene = with_file(&format!("measured_mirror_{form}"), &file, &toml, &obj);
         let of = |method: Method| {
             let settings = Settings::for_plan(&Plan::new(&scene, method));
-            let settings = Settings { passes: Some(4), smooth: true, seed: 3, ..settings };
+            let settings = Settings { stop: Stop::after(4), smooth: true, seed: 3, ..settings };
             run_with(&scene, method, &settings).maps.remove(0)
         };
         let [gather, split, path] = [Method::Gather, Method::Split, Method::Path].map(of);

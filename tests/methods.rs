@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use common::{mean, room, run_with, scene, sensor, shipped};
 use luxmap::progress::Progress;
 use luxmap::render::plan::{Method, Plan};
-use luxmap::render::{Settings, render};
+use luxmap::render::{Settings, Stop, render};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 
@@ -22,7 +22,7 @@ fn claim(map: &IlluminanceMap) -> f64 {
 
 fn passes(scene: &Scene, method: Method, passes: u32, seed: u64) -> Results {
     let settings = Settings::for_plan(&Plan::new(scene, method));
-    run_with(scene, method, &Settings { passes: Some(passes), smooth: true, seed, ..settings })
+    run_with(scene, method, &Settings { stop: Stop::after(passes), smooth: true, seed, ..settings })
 }
 
 /// A closed room of uniform ρ and a glowing ceiling, floor, walls: every point gets the same, E = M/(1 − ρ), whatever the
@@ -141,14 +141,14 @@ fn claims_are_honest_in_the_seed_office() {
 #[test]
 fn a_run_ends_when_its_error_is_small_enough() {
     let scene = shipped("seed-office.toml");
-    let settings = Settings { passes: None, error: Some(1.0), ..Settings::of(Method::Gather) };
+    let settings = Settings { stop: Stop::at_error(1.0), ..Settings::of(Method::Gather) };
     let results = run_with(&scene, Method::Gather, &settings);
     for map in &results.maps {
         let [rmse, claimed, ..] = honesty(map);
         println!("{}: {} passes, RMSE {rmse:.2} %, claimed {claimed:.2} %", map.name, results.run.passes);
         assert!(claim(map) <= 1.0 && rmse <= 1.0 && claimed <= 1.0, "{}: {rmse} %, claimed {claimed} %", map.name);
     }
-    let half = run_with(&scene, Method::Gather, &Settings { error: Some(0.5), ..settings });
+    let half = run_with(&scene, Method::Gather, &Settings { stop: Stop::at_error(0.5), ..settings });
     assert!(half.run.passes > results.run.passes && half.maps.iter().all(|map| claim(map) <= 0.5));
 }
 
@@ -171,7 +171,7 @@ fn an_interrupted_run_keeps_what_it_has() {
     let mut scene = shipped("seed-office.toml");
     scene.planes.iter_mut().for_each(|plane| plane.cells = [12, 14]);
     let plan = Plan::new(&scene, Method::Gather);
-    let endless = Settings { passes: None, error: Some(1e-6), ..Settings::of(Method::Gather) };
+    let endless = Settings { stop: Stop::at_error(1e-6), ..Settings::of(Method::Gather) };
     let ended = render(&scene, &plan, &endless, &Impatient(AtomicU32::new(0))).expect("a result");
     assert_eq!(ended.run.passes, 2);
     let two = passes(&scene, Method::Gather, 2, 0);
@@ -187,7 +187,10 @@ fn a_run_without_time_does_one_pass() {
     let mut scene = shipped("seed-office.toml");
     scene.planes.truncate(1);
     scene.planes[0].cells = [12, 14];
-    let settings = Settings { passes: None, error: Some(1e-6), time: Some(1e-9), ..Settings::of(Method::Gather) };
+    let settings = Settings {
+        stop: Stop::at_error(1e-6).or_within(std::time::Duration::from_nanos(1)),
+        ..Settings::of(Method::Gather)
+    };
     assert_eq!(run_with(&scene, Method::Gather, &settings).run.passes, 1);
 }
 

@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 
 use common::{assert_close, mean, room, run_with, scene, sensor};
-use luxmap::render::Settings;
 use luxmap::render::plan::Method;
+use luxmap::render::{Settings, Stop};
 use luxmap::results::{IlluminanceMap, Results};
 use luxmap::scene::Scene;
 use luxmap::study::check::scenes::polygon;
@@ -98,7 +98,11 @@ fn the_seed_office_reads_the_same_whatever_lies_about_it() {
         fs::write(folder.join("around.obj"), around).expect("the target folder is writable");
         fs::write(folder.join("office.toml"), format!("{toml}{more}")).expect("the target folder is writable");
         let scene = Scene::load(&folder.join("office.toml")).unwrap_or_else(|error| panic!("{error}"));
-        run_with(&scene, Method::Gather, &Settings { photons: 50_000, passes: Some(1), ..Settings::of(Method::Gather) })
+        run_with(
+            &scene,
+            Method::Gather,
+            &Settings { photons: 50_000, stop: Stop::after(1), ..Settings::of(Method::Gather) },
+        )
     };
     let alone = office("");
     for (what, around) in surroundings(7.0) {
@@ -113,7 +117,7 @@ fn every_method_reads_a_room_the_same_whatever_lies_about_it() {
     for (method, photons, passes) in
         [(Method::Gather, 50_000, 2), (Method::Split, 200_000, 1), (Method::Path, 1, 8), (Method::Photons, 200_000, 1)]
     {
-        let settings = Settings { photons, passes: Some(passes), smooth: true, ..Settings::of(method) };
+        let settings = Settings { photons, stop: Stop::after(passes), smooth: true, ..Settings::of(method) };
         let read = |around: &str| run_with(&box_room("scale_box", 0.5, 2.5, around), method, &settings);
         let alone = read("");
         for (what, around) in
@@ -158,7 +162,7 @@ fn a_floor_and_a_ceiling_of_20_km_make_a_room() {
              [[luminaire]]\nname = \"L\"\nposition = [2.0, 2.0, 3.0]\nopening = {{ rectangle = [0.4, 0.4] }}\nflux = 3000\n\
              [[plane]]\nname = \"floor\"\ncorner = [0,0,0]\nalong = [4,0,0]\nacross = [0,4,0]\ncells = [16,16]\n"
         );
-        let settings = Settings { photons: 200_000, passes: Some(2), smooth: true, ..Settings::of(method) };
+        let settings = Settings { photons: 200_000, stop: Stop::after(2), smooth: true, ..Settings::of(method) };
         run_with(&scene("scale_slabs", &toml, obj), method, &settings)
     };
     let square = |half: f64, z: f64| below(half, z).replace("ground", "wall");
@@ -184,7 +188,7 @@ fn a_ground_of_20_km_adds_nothing_to_a_closed_room() {
         let toml = "[[luminaire]]\nname = \"L\"\nposition = [2.0, 2.0, 2.5]\nopening = { rectangle = [0.4, 0.4] }\nflux = 3000\n\
                     [[plane]]\nname = \"floor\"\ncorner = [0,0,0]\nalong = [4,0,0]\nacross = [0,4,0]\ncells = [16,16]\n";
         let obj = room([0.0; 3], SIZE, ["floor", "ceiling", "wall", "wall", "wall", "wall"]) + around;
-        let settings = Settings { passes: Some(4), ..Settings::of(Method::Gather) };
+        let settings = Settings { stop: Stop::after(4), ..Settings::of(Method::Gather) };
         run_with(&scene("scale_ground", &format!("{materials}{toml}"), &obj), Method::Gather, &settings)
     };
     let [found, alone] = [read(&below(1e4, -1.0).replace("ground", "floor")), read("")];
@@ -208,7 +212,7 @@ fn ground_that_is_seen_may_be_of_any_size() {
         );
         let scene = scene("scale_pavilion", &toml, &(open + &below(half, -0.01)));
         assert!(scene.mesh.triangles.len() < 1000, "{} triangles", scene.mesh.triangles.len());
-        let settings = Settings { photons: 200_000, passes: Some(4), smooth: true, ..Settings::of(method) };
+        let settings = Settings { photons: 200_000, stop: Stop::after(4), smooth: true, ..Settings::of(method) };
         run_with(&scene, method, &settings)
     };
     for method in [Method::Gather, Method::Path] {

@@ -36,7 +36,8 @@ pub struct Asked {
 impl Asked {
     /// What makes the states, when to stop, and what to write.
     pub fn new(recipe: Recipe, settings: &Settings, most_cells: usize, layers: &ExtraLayers) -> Self {
-        let Settings { seed, first_pass, passes, error, time, .. } = *settings;
+        let Settings { seed, first_pass, stop, .. } = *settings;
+        let (passes, error, time) = (stop.passes(), stop.error(), stop.time().map(|time| time.as_secs_f64()));
         let layers = [layers.direct, layers.indirect, layers.standard_error];
         Self { recipe, seed, first_pass, passes, error, time, most_cells, layers }
     }

@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::render::{self, Job, layers, stem};
+use super::common::flag;
+use super::options::said;
+use super::progress::Bar;
+use super::render::{self, stem};
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, one_line, print, sentence};
 use crate::batch::done::{Asked, Done};
@@ -14,7 +17,7 @@ use crate::error::{Error, InputError, Location};
 use crate::files;
 use crate::files::Claim;
 use crate::files::limits::LARGEST_SCENE;
-use crate::render::{Keeping, checkpoint_files};
+use crate::render::checkpoint_files;
 use crate::report::{self};
 
 /// Render many scenes, or one in many ways; the same command again goes on after any interruption.
@@ -195,7 +198,7 @@ fn row(run: &Run, folder: &Path, arguments: &Arguments) -> Row {
             row.message = missed.then(|| "misses a target or requirement".into());
             Row { status, figures: Some(figures), warnings, ..row }
         }
-        Err(error) => Row { status: Status::Failed, message: Some(one_line(&error.to_string(), " ")), ..row },
+        Err(error) => Row { status: Status::Failed, message: Some(one_line(&said(&error), " ")), ..row },
     }
 }
 
@@ -212,29 +215,32 @@ struct Found {
 fn attempt(run: &Run, folder: &Path, options: &[String], arguments: &Arguments) -> Result<Found, Error> {
     let own = render::parse(options, &run.scene).map_err(|error| Error::Usage(sentence(&error)))?;
     forget_peak_memory();
-    let job = Job::of(&own)?;
-    let layers = layers(&own.layers);
-    let asked = Asked::new(job.recipe(), job.settings(), job.most_cells(), &layers);
+    let bar = Bar::new(arguments.quiet);
     let checkpoint = folder.join("checkpoint");
+    let planned = own.job(&bar)?.checkpoint(&checkpoint).planned()?;
+    let layers = own.common.layers();
+    let asked = Asked::new(planned.recipe(), &planned.settings, planned.most_cells, &layers);
     if let Some(Done { figures, warnings, missed, .. }) = Done::read(folder, &asked) {
         discard(&checkpoint, arguments);
         return Ok(Found { status: Status::DoneBefore, figures, warnings, missed: missed && own.check });
     }
     let _claim = Claim::of(folder)?;
-    let keeping = Keeping { checkpoint: Some(&checkpoint), ..Default::default() };
     let mut status = if checkpoint_files(&checkpoint).is_empty() { Status::Done } else { Status::Resumed };
     let mut warnings = Vec::new();
-    let results = loop {
-        match job.run(own.threads, arguments.quiet, &keeping) {
+    let mut results = loop {
+        let found = planned.alone();
+        bar.clear();
+        match found {
             Err(Error::Input(error)) if checkpoint_files(&checkpoint).contains(&error.at.file) => {
                 let aside = folder.join("checkpoint-refused");
                 fs::rename(&error.at.file, &aside).map_err(|source| Error::Write { path: aside.clone(), source })?;
                 warnings.push(format!("{error}; now {}, and the run began anew", aside.display()));
                 status = Status::Done;
             }
-            results => break results?.expect("who is alone leads"),
+            results => break results?,
         }
     };
+    flag(&mut results);
     let files = report::write(&results, folder, &layers)?;
     warnings.extend(results.run.warnings.iter().cloned());
     let (figures, missed) = (Figures::of(&results), results.misses_target());

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::{Outcome, pool, print};
+use super::{Outcome, print};
 use crate::error::Error;
+use crate::job::pool;
 use crate::study::check::{Case, cases, document};
 
 /// Run stiff and extreme cases, each against its exact answer: is what is found right, and as sure as it says? Exit code 1 if

@@ -2,16 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::influence::Found;
-use super::render;
-use super::{Include, Outcome, complain, influence, print, results_folder, sentence};
+use super::progress::Bar;
+use super::{Include, Outcome, complain, influence, print, results_folder};
 use crate::control::report::{Simulation, json, table, write};
 use crate::control::{Script, simulate};
 use crate::dimming::Influence;
 use crate::error::{Error, InputError, Location};
 use crate::files;
 use crate::files::Claim;
-use crate::scene::Dimming;
+use crate::scene::{Dimming, Scene};
 
 /// Largest script read, bytes.
 const LARGEST: u64 = 16 << 20;
@@ -89,7 +88,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let (influence, claim) = match &arguments.influence {
         Some(path) => {
             let influence = Influence::read(path)?;
-            if arguments.include.load_dimmed(&arguments.scene, &Dimming::Full)?.hash != influence.scene_sha256 {
+            let options = arguments.include.options(Dimming::Full)?;
+            if Scene::load_as(&arguments.scene, &options)?.hash != influence.scene_sha256 {
                 let (path, scene) = (path.display(), arguments.scene.display());
                 warnings.push(format!(
                     "{path} is of another scene than {scene} as it is now; targets and light are of the former"
@@ -98,7 +98,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             (influence, None)
         }
         None => {
-            let found = computed(arguments, &folder)?;
+            let bar = Bar::new(arguments.quiet);
+            let job = arguments.include.job(&arguments.scene, Dimming::Full)?.progress(&bar);
+            let found = influence::found(job, &bar, &folder)?;
             (found.influence, Some(found.claim))
         }
     };
@@ -117,16 +119,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     Ok(Outcome::Done)
-}
-
-/// The matrix of a scene, by a run as of `luxmap influence`.
-fn computed(arguments: &Arguments, folder: &Path) -> Result<Found, Error> {
-    let include = arguments.include.folders.iter().map(|folder| format!("--include={}", folder.display()));
-    let reflectance = arguments.include.reflectance.map(|[r, g, b]| format!("--reflectance={r},{g},{b}"));
-    let quiet = arguments.quiet.then(|| "--quiet".to_owned());
-    let options: Vec<String> = include.chain(reflectance).chain(quiet).collect();
-    let arguments = render::parse(&options, &arguments.scene).map_err(|error| Error::Usage(sentence(&error)))?;
-    influence::found(&arguments, folder)
 }
 
 /// The text of the script.

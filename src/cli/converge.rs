@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+use super::options::values_of;
 use super::progress::Bar;
-use super::render::{choose_planes, method_parser, named};
-use super::{Include, Outcome, complain, pool, print, results_folder};
+use super::{Include, Outcome, complain, print, results_folder};
 use crate::error::Error;
 use crate::files::Claim;
+use crate::job::{choose_planes, pool};
+use crate::options::{Method, Options};
 use crate::photon_map::Tree;
-use crate::render::plan::Method;
+use crate::render::settings::of_scene;
 use crate::scene::Scene;
 use crate::study::convergence::report;
 use crate::study::convergence::{Common, Study, ladder, reference};
@@ -28,17 +30,17 @@ pub(super) struct Arguments {
     #[arg(long, short, value_name = "DIR", help = "Folder for the results [default: out/<scene>]")]
     output: Option<PathBuf>,
     /// Methods to compare [default: all].
-    #[arg(long, value_name = "METHOD,…", value_delimiter = ',', value_parser = method_parser(),
+    #[arg(long, value_name = "METHOD,…", value_delimiter = ',', value_parser = values_of("method"),
           hide_possible_values = true)]
     methods: Vec<String>,
     /// Photons a pass of each run [default: 30000 to 3000000 in five steps].
-    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = values_of("photons"))]
     photons: Vec<u64>,
     /// k, nearest photons of an estimate [default: what the method chooses].
-    #[arg(long, value_name = "K,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "K,…", value_delimiter = ',', value_parser = values_of("nearest"))]
     nearest: Vec<u32>,
     /// Independent photon maps, averaged [default: 1].
-    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = values_of("passes"))]
     passes: Vec<u32>,
     /// What is taken for the truth: PLANE=FILE (.exr, or .csv with columns E_lx and standard_error_lx), a file named after
     /// a plane, or a folder of such files; repeatable [default: the closed form where one holds, else a long run].
@@ -51,7 +53,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
     /// Seed of the first repeat; each further one takes the next [default: 0].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = values_of("seed"))]
     seed: Option<u64>,
     /// Threads [default: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -110,13 +112,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
 /// What the scene file sets holds for every run.
 fn common(arguments: &Arguments, scene: &Scene) -> Common {
-    let tree = scene.render.tree.as_ref().and_then(|name| named(name, Tree::ALL));
-    Common {
-        radius: scene.render.radius,
-        tree: tree.unwrap_or(Tree::Kd),
-        seed: arguments.seed.or(scene.render.seed).unwrap_or(0),
-        repeats: arguments.repeats,
-    }
+    let Options { radius, tree, seed, .. } =
+        Options { seed: arguments.seed, ..Options::default() }.over(of_scene(scene));
+    Common { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
 }
 
 /// The methods asked for; all where none is named.
@@ -124,7 +122,7 @@ fn methods(arguments: &Arguments) -> Vec<Method> {
     if arguments.methods.is_empty() {
         return Method::ALL.map(|(_, method)| method).to_vec();
     }
-    arguments.methods.iter().filter_map(|name| named(name, Method::ALL)).collect()
+    arguments.methods.iter().filter_map(|name| Method::named(name)).collect()
 }
 
 /// k as asked for, else the scene file's; nothing where each method is to choose.

@@ -4,23 +4,23 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::common::{Common, flag};
 use super::influence::Found;
-use super::render::{self, Job, layers};
+use super::options::Taker;
+use super::progress::Bar;
 use super::signals::{end_after_pass, interrupted};
-use super::{Outcome, complain, influence, print, results_folder};
-use crate::dimming::influence::Place;
+use super::{Outcome, complain, influence, print};
 use crate::dimming::report::{Found as Reported, dimming};
-use crate::dimming::sure::{Known, Readings, Sure, solve_surely};
-use crate::dimming::{Goal, Influence, page, sure};
+use crate::dimming::sure::{Known, solve_surely};
+use crate::dimming::verify::{Verified, named, verify};
+use crate::dimming::{Goal, Influence, page};
 use crate::error::Error;
 use crate::files::Claim;
-use crate::render::Keeping;
+use crate::options::Command;
 use crate::report::{self};
-use crate::results::Results;
 use crate::results::Verdict;
 use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::Dimming;
-use crate::scene::Levels;
 
 /// Find dimming levels that reach every sensor's target at least power, and verify them by renders.
 ///
@@ -30,7 +30,7 @@ use crate::scene::Levels;
 #[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    run: render::Arguments,
+    common: Common<Taken>,
     /// The matrix that luxmap influence has written for this scene, instead of computing it.
     #[arg(long, value_name = "FILE")]
     influence: Option<PathBuf>,
@@ -45,6 +45,13 @@ pub(super) struct Arguments {
     no_verify: bool,
 }
 
+/// Takes the options of `luxmap dim`.
+struct Taken;
+
+impl Taker for Taken {
+    const COMMAND: Command = Command::Dim;
+}
+
 fn confidence(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number of percent".to_owned())?;
     if (50.0..=99.9999).contains(&value) { Ok(value) } else { Err("expected 50 % to 99.9999 %".into()) }
@@ -52,12 +59,13 @@ fn confidence(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
-    let options = &arguments.run;
-    let folder = results_folder(options.output.as_ref(), &options.scene, "-dim");
+    let common = &arguments.common;
+    let folder = common.folder("-dim");
+    let bar = Bar::new(common.quiet);
     let (matrix, found) = match &arguments.influence {
         Some(path) => (Influence::read(path)?, None),
         None => {
-            let found = influence::found(options, &folder)?;
+            let found = influence::found(common.job(Dimming::Full, &bar)?, &bar, &folder)?;
             (found.influence.clone(), Some(found))
         }
     };
@@ -66,13 +74,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let goal = if arguments.closest { Goal::Closest } else { Goal::LeastPower };
     let sigmas = sigmas(confidence / 100.0, asked);
     let mut known = Known::new(&matrix);
-    let mut sure = solve_surely(&known, goal, sigmas)?;
+    let sure = solve_surely(&known, goal, sigmas)?;
     let _claim = if found.is_none() { Some(Claim::of(&folder)?) } else { None };
-    let dark = sure.answer.levels.iter().all(|level| *level <= 0.0);
-    let (mut verified, mut renders) = (None, 0);
-    if !arguments.no_verify && !dark {
-        (sure, renders) = verify(options, (&mut known, goal, sigmas), sure, &mut verified)?;
-    }
+    let dark = sure.is_dark();
+    let Verified { sure, renders, results: verified } = if arguments.no_verify {
+        Verified { sure, renders: 0, results: None }
+    } else {
+        verify(&mut known, goal, sigmas, sure, &mut |levels, number| {
+            let planned = common.job(Dimming::Levels(levels), &bar)?.planned()?.seeded_later(number);
+            let mut results = planned.alone()?;
+            bar.clear();
+            flag(&mut results);
+            Ok((results, !interrupted()))
+        })?
+    };
     let reported = Reported {
         known: &known,
         sure: &sure,
@@ -84,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
     let mut written = matrix.write(&folder)?;
     if let Some(results) = &verified {
-        written.extend(report::write(results, &folder, &layers(&options.layers))?);
+        written.extend(report::write(results, &folder, &common.layers())?);
     }
     // Layers of the maps are known where the matrix was computed here.
     if let Some(Found { scene, results, .. }) = &found {
@@ -93,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         written.push(path);
     }
     written.push(write_levels(&reported, &folder)?);
-    if options.json {
+    if common.json {
         let about = about(&reported).map(|(name, value)| (name.to_owned(), value));
         let mut object = serde_json::Map::from_iter(about);
         object.insert("dimming".into(), json!(named(&known.mean, &sure.answer.levels).of));
@@ -112,35 +127,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         Outcome::Done if short => Outcome::Missed,
         outcome => outcome,
     })
-}
-
-/// Verifies levels by renders, each with a seed of its own; the last one is left in `verified`.
-fn verify(
-    options: &render::Arguments,
-    search: (&mut Known, Goal, f64),
-    sure: Sure,
-    verified: &mut Option<Results>,
-) -> Result<(Sure, u64), Error> {
-    let (known, goal, sigmas) = search;
-    let matrix = known.mean.clone();
-    let mut render = |levels: &[f64], number: u64| {
-        let job = Job::dimmed(options, &Dimming::Levels(named(&matrix, levels)))?.seeded_later(number);
-        let results = job.run(options.threads, options.quiet, &Keeping::default())?.expect("who is alone leads");
-        let reading = |place: &Place| {
-            let reading = results.sensor(&place.name).filter(|reading| reading.has_value)?;
-            Some((reading.illuminance, reading.standard_error))
-        };
-        let of = matrix.sensors.iter().map(reading).collect();
-        *verified = Some(results);
-        Ok(Readings { of, go_on: !interrupted() })
-    };
-    sure::verify(known, goal, sigmas, sure, &mut render)
-}
-
-/// Levels by the luminaires' names.
-fn named(matrix: &Influence, levels: &[f64]) -> Levels {
-    let names = matrix.luminaires.iter().map(|luminaire| luminaire.name.clone());
-    Levels::new(names.zip(levels.iter().copied()))
 }
 
 /// Writes `dimming.json`; returns its path.

@@ -2,18 +2,21 @@
 
 use std::path::Path;
 
-use super::render::{self, Job, layers};
+use super::common::{Common, flag};
+use super::options::Taker;
+use super::progress::Bar;
 use super::signals::end_after_pass;
-use super::{Outcome, complain, print, results_folder};
+use super::{Outcome, complain, print};
 use crate::dimming::sure::Known;
 use crate::dimming::{Influence, page};
 use crate::error::Error;
 use crate::files::Claim;
-use crate::render::Keeping;
+use crate::job::{Job, no_sensor};
+use crate::options::Command;
 use crate::report;
 use crate::results::Results;
 use crate::results::met::{CONFIDENCE, sigmas};
-use crate::scene::Scene;
+use crate::scene::{Dimming, Scene};
 
 /// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
 /// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
@@ -21,20 +24,29 @@ use crate::scene::Scene;
 #[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    run: render::Arguments,
+    common: Common<Taken>,
+}
+
+/// Takes the options of `luxmap influence`.
+struct Taken;
+
+impl Taker for Taken {
+    const COMMAND: Command = Command::Influence;
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let arguments = &arguments.run;
+    let common = &arguments.common;
     end_after_pass();
-    let folder = results_folder(arguments.output.as_ref(), &arguments.scene, "-influence");
-    let Found { claim: _claim, scene, influence, results } = found(arguments, &folder)?;
-    let mut written = report::write(&results, &folder, &layers(&arguments.layers))?;
+    let folder = common.folder("-influence");
+    let bar = Bar::new(common.quiet);
+    let job = common.job(Dimming::Full, &bar)?;
+    let Found { claim: _claim, scene, influence, results } = found(job, &bar, &folder)?;
+    let mut written = report::write(&results, &folder, &common.layers())?;
     written.extend(influence.write(&folder)?);
     written.push(folder.join("live.html"));
     let sigmas = sigmas(CONFIDENCE, influence.sensors.len());
     page::write(&scene, &Known::new(&influence), sigmas, &results, None, &folder.join("live.html"))?;
-    if arguments.json {
+    if common.json {
         print(&format!("{}\n", influence.json()))?;
     } else {
         print(&crate::dimming::report::influence(&influence))?;
@@ -53,18 +65,15 @@ pub(super) struct Found {
 }
 
 /// Computes the matrix. The folder for results is claimed once it is clear that there will be some.
-pub(super) fn found(arguments: &render::Arguments, folder: &Path) -> Result<Found, Error> {
-    if let Some(path) = &arguments.dimming {
-        let found = format!("--dimming {}", path.display());
-        return Err(Error::Usage(format!("found {found}, expected none: every luminaire is taken at full output")));
-    }
-    let (job, groups) = Job::told_apart(arguments)?;
-    if job.scene().sensors.is_empty() {
-        let scene = arguments.scene.display();
-        return Err(Error::Usage(format!("{scene}: found no sensor, expected a [[sensor]] that luminaires influence")));
+pub(super) fn found(job: Job<'_>, bar: &Bar, folder: &Path) -> Result<Found, Error> {
+    let (planned, groups) = job.told_apart()?;
+    if planned.scene.sensors.is_empty() {
+        return Err(no_sensor(&planned.scene));
     }
     let claim = Claim::of(folder)?;
-    let results = job.run(arguments.threads, arguments.quiet, &Keeping::default())?.expect("who is alone leads");
-    let influence = Influence::of(job.scene(), groups, &results);
-    Ok(Found { claim, scene: job.scene().clone(), influence, results })
+    let mut results = planned.alone()?;
+    bar.clear();
+    flag(&mut results);
+    let influence = Influence::of(&planned.scene, groups, &results);
+    Ok(Found { claim, scene: planned.scene, influence, results })
 }

@@ -2,11 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::render::{Job, layers, write};
+use super::common::{layers, write};
+use super::options::{RunOptions, Taker};
+use super::progress::Bar;
 use super::{Include, Outcome, results_folder};
 use crate::error::{Error, InputError, Location};
 use crate::files::Claim;
-use crate::render::Keeping;
+use crate::job::Job;
+use crate::options::Command;
+use crate::scene::Dimming;
 use crate::state::file::Kept;
 
 /// Put together what runs of one scene with other passes or seeds have found, as if one run had done all passes.
@@ -26,9 +30,8 @@ pub(super) struct Arguments {
     /// Keep the sum of the states in this file, to be merged further.
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// Threads [default: all].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    options: RunOptions<Taken>,
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
@@ -43,6 +46,13 @@ pub(super) struct Arguments {
     quiet: bool,
 }
 
+/// Takes the options of `luxmap merge`.
+struct Taken;
+
+impl Taker for Taken {
+    const COMMAND: Command = Command::Merge;
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let first = &arguments.states[0];
     let words = Kept::open(first)?.words;
@@ -53,10 +63,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(error.hint("--scene says where it is now").into());
     }
     let seed = words.passes.ranges().first().map_or(0, |range| range.seed);
-    let job = Job::of_recipe(scene, &arguments.include, &words.recipe, seed)?;
+    let bar = Bar::new(arguments.quiet);
+    let options = arguments.include.options(Dimming::AsWritten)?;
+    let planned = Job::of_recipe(scene, options, &words.recipe, seed, &bar)?;
+    let planned = planned.with_threads(arguments.options.given().threads);
     let folder = results_folder(arguments.output.as_ref(), scene, "-merged");
     let _claim = Claim::of(&folder)?;
-    let keeping = Keeping { checkpoint: arguments.state.as_deref(), states: &arguments.states, ..Default::default() };
-    let Some(results) = job.run(arguments.threads, arguments.quiet, &keeping)? else { return Ok(Outcome::Done) };
-    write(&results, &folder, &layers(&arguments.layers), arguments.json, arguments.check)
+    let results = planned.merged(&arguments.states, arguments.state.as_deref())?;
+    bar.clear();
+    let Some(results) = results else { return Ok(Outcome::Done) };
+    write(results, &folder, &layers(&arguments.layers), arguments.json, arguments.check)
 }

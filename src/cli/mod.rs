@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod common;
 mod control;
 mod converge;
 mod dim;
@@ -9,6 +10,7 @@ mod influence;
 mod luminaire;
 mod merge;
 mod office;
+mod options;
 mod plan;
 mod progress;
 mod render;
@@ -21,7 +23,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Error;
+use crate::error::{Error, OptionError};
+use crate::job::Job;
 use crate::scene::{Dimming, LoadOptions, Scene};
 
 /// How bright is a room: photon-mapped illuminance in lux.
@@ -74,18 +77,26 @@ fn reflectance(text: &str) -> Result<[f64; 3], String> {
 
 impl Include {
     fn load(&self, scene: &Path) -> Result<Scene, Error> {
-        self.load_dimmed(scene, &Dimming::AsWritten)
+        Scene::load_as(scene, &self.options(Dimming::AsWritten)?)
     }
 
-    fn load_dimmed(&self, scene: &Path, dimming: &Dimming) -> Result<Scene, Error> {
+    fn job(&self, scene: &Path, dimming: Dimming) -> Result<Job<'static>, Error> {
+        Job::load_as(scene, self.options(dimming)?)
+    }
+
+    fn options(&self, dimming: Dimming) -> Result<LoadOptions, Error> {
         let no_folder = |folder: &&PathBuf| !folder.is_dir();
         if let Some(folder) = self.folders.iter().find(no_folder) {
-            return Err(Error::Usage(format!("--include: found {}, expected a folder", folder.display())));
+            let (found, expected) = (folder.display().to_string(), "a folder".into());
+            return Err(OptionError::Value { option: "include", found, expected }.into());
         }
-        let options =
-            LoadOptions { include: self.folders.clone(), dimming: dimming.clone(), reflectance: self.reflectance };
-        Scene::load_as(scene, &options)
+        Ok(LoadOptions { include: self.folders.clone(), dimming, reflectance: self.reflectance })
     }
+}
+
+/// The value named, of a list whose names clap has checked.
+fn named<T: Copy, const N: usize>(name: &str, all: [(&'static str, T); N]) -> Option<T> {
+    all.into_iter().find(|(known, _)| *known == name).map(|(_, value)| value)
 }
 
 /// What a command that ran found out.
@@ -110,14 +121,6 @@ fn results_folder(asked: Option<&PathBuf>, scene: &Path, ending: &str) -> PathBu
         name.push(ending);
         Path::new("out").join(name)
     })
-}
-
-/// So many threads; all where none is named.
-fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(threads.unwrap_or(0)))
-        .build()
-        .map_err(|error| Error::Usage(format!("--threads: {error}")))
 }
 
 impl Outcome {
@@ -157,7 +160,7 @@ pub fn main() -> ExitCode {
         Ok(Outcome::Failed) => ExitCode::from(2),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {
-            complain(&format!("luxmap: {}", one_line(&error.to_string(), " ")));
+            complain(&format!("luxmap: {}", one_line(&options::said(&error), " ")));
             ExitCode::from(2)
         }
     }

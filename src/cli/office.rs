@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use clap::builder::PossibleValuesParser;
 
-use super::render::named;
-use super::{Outcome, print};
+use super::{Outcome, named, print};
 use crate::error::Error;
 use crate::office::{Office, Parameters, Windows};
 use crate::text::number;

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::render::{choose_planes, gigabytes, method_parser, parse_method};
+use super::options::{RunOptions, Taker, flagged};
 use super::{Include, Outcome, complain, print};
 use crate::error::Error;
+use crate::job::choose_planes;
+use crate::options::{Command, Method};
 use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
 use crate::render::plan::Plan;
+use crate::render::settings::of_scene;
 use crate::report::inventory;
 use crate::scene::inventory::Inventory;
 use crate::text::number;
@@ -22,27 +25,28 @@ pub(super) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     include: Include,
-    /// How illuminance is to be computed.
-    #[arg(long, value_name = "METHOD", value_parser = method_parser())]
-    method: Option<String>,
-    /// Photons a pass.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
-    photons: Option<u64>,
+    #[command(flatten)]
+    options: RunOptions<Taken>,
     /// Only this measuring plane or surface; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
-    /// Memory that may be taken.
-    #[arg(long, value_name = "GB", value_parser = gigabytes, allow_negative_numbers = true)]
-    memory: Option<f64>,
     /// List all materials, and not only the largest 40.
     #[arg(long)]
     materials: bool,
 }
 
+/// Takes the options of `luxmap plan`.
+struct Taken;
+
+impl Taker for Taken {
+    const COMMAND: Command = Command::Plan;
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let mut scene = arguments.include.load(&arguments.scene)?;
     choose_planes(&mut scene, &arguments.planes)?;
-    let method = parse_method(arguments.method.as_ref(), &scene);
+    let options = arguments.options.given().clone().over(of_scene(&scene));
+    let method = options.method.unwrap_or(Method::Gather);
     let plan = Plan::new(&scene, method);
     let points: usize = scene.planes.iter().map(|plane| plane.len()).sum();
     print(&format!(
@@ -54,11 +58,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         scene.sensors.len(),
         scene.cameras.len(),
         method.name(),
-        plan,
+        flagged(&plan.to_string()),
     ))?;
     let mut settings = Settings { groups: plan.groups, ..Settings::for_plan(&plan) };
-    settings.photons = arguments.photons.or(scene.render.photons).unwrap_or(settings.photons);
-    let most_cells = fit(&scene, &plan, &mut settings, arguments.memory)?;
+    settings.photons = options.photons.unwrap_or(settings.photons);
+    let most_cells = fit(&scene, &plan, &mut settings, options.memory)?;
     let memory = Memory::of(&scene, &plan, &settings, most_cells);
     let Memory { program, triangles, photons, cells, results, pixels } = memory;
     let parts = [program, triangles, photons, cells, results, pixels].map(number::bytes);

@@ -26,6 +26,16 @@ impl Bar {
     }
 }
 
+impl Bar {
+    /// Takes it off the terminal, so that something else can be said there.
+    pub(super) fn clear(&self) {
+        if let Ok(mut state) = self.state.lock() {
+            state.bar.finish_and_clear();
+            state.so_far.clear();
+        }
+    }
+}
+
 impl Progress for Bar {
     fn stage(&self, name: &'static str, steps: u64) {
         let Ok(mut state) = self.state.lock() else { return };
@@ -57,8 +67,6 @@ impl Progress for Bar {
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        if let Ok(state) = self.state.lock() {
-            state.bar.finish_and_clear();
-        }
+        self.clear();
     }
 }

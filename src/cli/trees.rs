@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValuesParser;
 
+use super::options::positive;
 use super::progress::Bar;
-use super::render::{named, positive, stem};
-use super::{Include, Outcome, complain, print};
+use super::render::stem;
+use super::{Include, Outcome, complain, named, print};
 use crate::error::Error;
 use crate::files::Claim;
 use crate::photon_map::Tree;

@@ -6,6 +6,7 @@ pub mod page;
 pub mod report;
 mod solve;
 pub mod sure;
+pub mod verify;
 
 pub use influence::Influence;
 pub use solve::{Answer, Goal, solve};

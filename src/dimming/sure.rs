@@ -188,6 +188,13 @@ pub struct Sure {
     pub bare: f64,
 }
 
+impl Sure {
+    /// Whether every luminaire is off.
+    pub fn is_dark(&self) -> bool {
+        self.answer.levels.iter().all(|level| *level <= 0.0)
+    }
+}
+
 /// Finds levels that reach every target with a margin of `z` σ; [`Goal::Closest`] has none.
 ///
 /// Cost: some five times that of [`solve`].

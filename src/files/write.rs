@@ -82,7 +82,7 @@ impl Claim {
         let locked = File::open(folder).ok();
         if let Some(Err(TryLockError::WouldBlock)) = locked.as_ref().map(File::try_lock) {
             return Err(Error::Usage(format!(
-                "{}: found another luxmap at work, expected a folder at rest; wait, or choose another with --output",
+                "{}: found another luxmap at work, expected a folder at rest; wait, or choose another with `output`",
                 folder.display()
             )));
         }

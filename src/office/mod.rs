@@ -19,7 +19,7 @@ pub mod write;
 use std::ops::RangeInclusive;
 
 pub use self::plan::Office;
-use crate::error::Error;
+use crate::error::{Error, OptionError};
 
 /// What the windows are at night.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl Parameters {
     /// Refuses what no office can be made of.
     pub fn check(&self) -> Result<(), Error> {
         fn within<T: PartialOrd + std::fmt::Display>(
-            what: &str,
+            option: &'static str,
             value: T,
             allowed: &RangeInclusive<T>,
         ) -> Result<(), Error> {
@@ -102,7 +102,8 @@ impl Parameters {
                 return Ok(());
             }
             let (least, most) = (allowed.start(), allowed.end());
-            Err(Error::Usage(format!("--{what}: found {value}, expected a number from {least} to {most}")))
+            let (found, expected) = (value.to_string(), format!("a number from {least} to {most}"));
+            Err(OptionError::Value { option, found, expected }.into())
         }
         within("workstations", self.workstations, &Self::WORKSTATIONS)?;
         within("detail", self.detail, &Self::DETAIL)?;

@@ -21,7 +21,8 @@ pub use tree::{ChosenMap, Tree};
 pub use kd_tree::simd::LANES;
 use kd_tree::simd::Lines;
 
-use crate::flux::{Flux, accumulate};
+pub use crate::flux::Flux;
+use crate::flux::accumulate;
 
 /// A search structure over photon positions.
 ///

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::results::outlines;
-use super::{Keeping, Settings, Stages, render_part, start};
+use super::{Keeping, Settings, Stages, Stop, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::gather::smooth;
@@ -58,6 +58,7 @@ pub fn render_in_bands(
     keeping: &Keeping<'_>,
     most_cells: usize,
 ) -> Result<Option<Results>, Error> {
+    settings.stop.check()?;
     let cut = |plane: &&MeasuringPlane| band_rows(plane, most_cells).is_some();
     let Some(first_cut) = scene.planes.iter().find(cut) else {
         return super::render_and_keep(scene, plan, settings, progress, keeping);
@@ -85,13 +86,13 @@ pub fn render_in_bands(
     let mut cut_ones = maps.into_iter().flatten();
     results.maps =
         scene.planes.iter().filter_map(|plane| if cut(&plane) { cut_ones.next() } else { whole.next() }).collect();
-    if let Some(percent) = settings.error {
+    if let Some(percent) = settings.stop.error() {
         for map in &results.maps {
             let claim = claim(map);
-            if settings.passes.is_none() && 100.0 * claim > 1.05 * percent {
+            if settings.stop.passes().is_none() && 100.0 * claim > 1.05 * percent {
                 results.run.warnings.push(format!(
                     "plane \"{}\": the passes that its middle needs leave a standard error of {:.2} % in all, asked for \
-                     {percent} %; more come with --passes",
+                     {percent} %; more come with `passes`",
                     map.name,
                     100.0 * claim,
                 ));
@@ -183,8 +184,10 @@ impl Work<'_> {
             })
             .collect();
         let middle = bands.len() / 2;
-        let time = self.settings.time.map(|seconds| seconds / bands.len() as f64);
-        let mut settings = Settings { time, ..self.settings.clone() };
+        let mut settings = self.settings.clone();
+        if let Some(time) = settings.stop.time() {
+            settings.stop = settings.stop.or_within(time / u32::try_from(bands.len()).unwrap_or(u32::MAX));
+        }
         let mut found: Vec<Option<IlluminanceMap>> = bands.iter().map(|_| None).collect();
         for index in std::iter::once(middle).chain((0..bands.len()).filter(|&index| index != middle)) {
             let Band { around: [low, high], .. } = bands[index];
@@ -204,7 +207,7 @@ impl Work<'_> {
                 ..self.scene.clone()
             };
             let Some(passes) = self.part(&scene, &settings, &format!("{number}-{low}-{high}"))? else { continue };
-            settings = Settings { passes: Some(passes), error: None, time: None, ..settings };
+            settings.stop = Stop::after(passes);
             let map = self.all.as_mut().and_then(|all| all.maps.pop());
             found[index] = map.map(|map| map.with_rows(bands[index].rows.map(|row| row - low)));
         }

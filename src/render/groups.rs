@@ -7,7 +7,7 @@
 
 use super::Rendering;
 use super::place::Place;
-use crate::error::Error;
+use crate::error::OptionError;
 use crate::flux::photometric;
 use crate::gather::density::LADDER;
 use crate::gather::parts::Known;
@@ -26,27 +26,19 @@ impl<const C: usize> Rendering<'_, C> {
     ///
     /// # Errors
     /// Where the method knows of none, or they would take too much memory.
-    pub(super) fn choose_groups(&mut self) -> Result<(), Error> {
+    pub(super) fn choose_groups(&mut self) -> Result<(), OptionError> {
         let groups = LightGroups::of(&self.scene.luminaires);
         if !self.settings.groups || groups.len() < 2 {
             return Ok(());
         }
         if self.composition.density == Some(Density::Paper) {
-            return Err(Error::Usage(
-                "--groups: found method seed, expected gather, split, path or photons; the paper's estimator knows no \
-                 groups"
-                    .into(),
-            ));
+            return Err(OptionError::GroupsOfSeed);
         }
         let scene = self.scene;
         let body = scene.sensors.iter().find(|sensor| sensor.measure != Measure::Plane);
         if let (true, Some(sensor)) = (self.composition.counted.is_some(), body) {
-            return Err(Error::Usage(format!(
-                "--groups: found sensor {} ({}) where photons are counted, expected method gather or path and no mirror or \
-                 glass, or measure = \"plane\"",
-                sensor.name,
-                sensor.measure.name(),
-            )));
+            let (sensor, measure) = (sensor.name.clone(), sensor.measure.name());
+            return Err(OptionError::GroupsOnBody { sensor, measure });
         }
         let of_points = |points: usize, variances: usize| {
             let grid = variances == 0;
@@ -61,14 +53,8 @@ impl<const C: usize> Rendering<'_, C> {
         let cells: usize = scene.planes.iter().map(|plane| plane.len()).sum();
         let bytes = of_points(cells, 0) + of_points(scene.sensors.len(), groups.len());
         if bytes > MOST_MEMORY {
-            return Err(Error::Usage(format!(
-                "--groups: found {} light groups at {} points, which take about {:.0} GB, expected at most {:.0} GB; \
-                 fewer cells do, or luminaires that share a group",
-                groups.len(),
-                cells + scene.sensors.len(),
-                (bytes / 1e9).ceil(),
-                MOST_MEMORY / 1e9,
-            )));
+            let points = cells + scene.sensors.len();
+            return Err(OptionError::GroupsTooLarge { groups: groups.len(), points, bytes, most: MOST_MEMORY });
         }
         self.groups = Some(groups);
         Ok(())

@@ -90,7 +90,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let expected = format!("passes from {own_first} on of seed {own_seed}");
                 return Err(refuse(path, format!("passes {passes}"), expected));
             }
-            schedule.next_check = match (next_check, self.settings.error) {
+            schedule.next_check = match (next_check, self.settings.stop.error()) {
                 (Some((error, next)), Some(wanted)) if *error == wanted => *next,
                 _ => count,
             };
@@ -132,7 +132,7 @@ impl<const C: usize> Rendering<'_, C> {
             scene: std::path::absolute(&self.scene.file).unwrap_or_else(|_| self.scene.file.clone()),
             recipe: recipe(self.scene, self.plan, self.settings),
             passes: self.done.clone(),
-            next_check: self.settings.error.map(|error| (error, schedule.next_check)),
+            next_check: self.settings.stop.error().map(|error| (error, schedule.next_check)),
         };
         let written = self
             .timed("checkpoint", 1, |this| file::write(path, &words, &mut |tape| this.exchange(places, views, tape)));

@@ -7,7 +7,7 @@
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
 use super::method::{Composition, Density};
-use crate::error::Error;
+use crate::error::OptionError;
 use crate::gather::bandwidth::SCALES;
 use crate::gather::parts;
 use crate::luminaire::LightGroups;
@@ -150,7 +150,7 @@ impl Cell {
 ///
 /// # Errors
 /// Where it does not fit at all.
-pub fn fit(scene: &Scene, plan: &Plan, settings: &mut Settings, budget: Option<f64>) -> Result<usize, Error> {
+pub fn fit(scene: &Scene, plan: &Plan, settings: &mut Settings, budget: Option<f64>) -> Result<usize, OptionError> {
     let Some(budget) = budget.map(|gigabytes| (gigabytes * 1e9) as u64) else { return Ok(MOST_CELLS) };
     let photons = (budget as f64 * PHOTONS_SHARE / photon(plan) as f64) as u64;
     if plan.photons {
@@ -159,12 +159,7 @@ pub fn fit(scene: &Scene, plan: &Plan, settings: &mut Settings, budget: Option<f
     let needed = |most_cells: usize| Memory::of(scene, plan, settings, most_cells).peak();
     let (mut low, mut high) = (1, MOST_CELLS);
     if needed(low) > budget {
-        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
-        return Err(Error::Usage(format!(
-            "--memory: found {:.3} GB, expected at least {:.3} GB for this scene",
-            gigabytes(budget),
-            gigabytes(needed(low)) + 0.001,
-        )));
+        return Err(OptionError::Memory { found: budget, needed: needed(low) });
     }
     if needed(high) <= budget {
         return Ok(high);

@@ -14,8 +14,9 @@ pub mod plan;
 mod repeat;
 mod results;
 mod round;
-mod settings;
+pub(crate) mod settings;
 mod sites;
+mod stop;
 mod team;
 mod views;
 
@@ -36,6 +37,7 @@ use crate::state::Passes;
 pub use bands::{MOST_CELLS, checkpoint_files, render_in_bands};
 pub use keeping::{Keeping, recipe};
 pub use settings::{IMAGE_ERROR, PIXEL_RAYS, SENSOR_RAYS, Settings};
+pub use stop::Stop;
 pub use team::{Alone, Team, launched};
 
 /// Computes the illuminance of every measuring plane and sensor of a scene, on rayon's current thread pool. The same
@@ -54,6 +56,7 @@ pub fn render_and_keep(
     progress: &dyn Progress,
     keeping: &Keeping<'_>,
 ) -> Result<Option<Results>, Error> {
+    settings.stop.check()?;
     let (caster, seconds) = start(scene, progress)?;
     render_part(scene, plan, settings, progress, keeping, &caster, seconds)
 }

@@ -3,57 +3,10 @@
 use std::fmt;
 
 use crate::luminaire::LightGroups;
+pub use crate::options::Method;
 use crate::scene::{Measure, PlaneKind, Scene, emitters};
 use crate::text::listed;
 use crate::text::number::short;
-
-/// How illuminance is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Direct light by shadow rays; what has bounced by rays from the measuring points to surfaces whose light the
-    /// photons know.
-    Gather,
-    /// Direct light by shadow rays; what has bounced by the density of photons where it is measured.
-    Split,
-    /// Direct light by shadow rays; what has bounced by paths from the measuring points. No photons.
-    Path,
-    /// All light by photons, corrected for every known bias.
-    Photons,
-    /// The paper's estimator as printed, biases and all.
-    Seed,
-}
-
-impl Method {
-    /// Every method, by name.
-    pub const ALL: [(&'static str, Self); 5] = [
-        ("gather", Self::Gather),
-        ("split", Self::Split),
-        ("path", Self::Path),
-        ("photons", Self::Photons),
-        ("seed", Self::Seed),
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Gather => "gather",
-            Self::Split => "split",
-            Self::Path => "path",
-            Self::Photons => "photons",
-            Self::Seed => "seed",
-        }
-    }
-
-    /// Whether measuring points send rays to find what has bounced.
-    pub fn sends_rays(self) -> bool {
-        matches!(self, Self::Gather | Self::Path)
-    }
-
-    /// Whether direct light is computed by shadow rays.
-    pub fn splits(self) -> bool {
-        matches!(self, Self::Gather | Self::Path | Self::Split)
-    }
-}
 
 /// Photons light the whole scene, paths only what is looked at: below this share of the scene that the planes cover, a
 /// photon's chance to matter is so small that paths are worth a try.
@@ -81,8 +34,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Decides from the scene and the method.
+    /// Decides from the scene and the method; light groups are told apart if the scene file asks for it.
     pub fn new(scene: &Scene, method: Method) -> Self {
+        Self::with_groups(scene, method, scene.render.groups == Some(true))
+    }
+
+    /// The same, with light groups told apart or not.
+    pub fn with_groups(scene: &Scene, method: Method, groups: bool) -> Self {
         let mut reasons = Vec::new();
         let mut decide = |used: bool, what: &str, why: String| {
             reasons.push((used, what.to_owned(), why));
@@ -139,7 +97,7 @@ impl Plan {
             if photons && share < SMALL_SHARE {
                 let share = 100.0 * share;
                 let why = format!(
-                    "planes cover {share:.2} % of the scene: --method path --smooth on asks only for what they see"
+                    "planes cover {share:.2} % of the scene: `method` path `smooth` on asks only for what they see"
                 );
                 decide(true, "photons of the whole scene", why);
             }
@@ -212,13 +170,13 @@ impl Plan {
             decide(true, "densities of caustics", "at the surfaces that cameras see".into());
         }
         let number = LightGroups::of(&scene.luminaires).len();
-        let groups = match (number, method, scene.render.groups) {
+        let groups = match (number, method, groups) {
             (0 | 1, ..) => decide(false, "light groups", "one group only: all light is its own".into()),
             (_, Method::Seed, _) => decide(false, "light groups", "method seed knows none".into()),
-            (_, _, Some(true)) => {
+            (_, _, true) => {
                 decide(true, "light groups", format!("{number}, told apart by the photons and rays of the whole"))
             }
-            _ => decide(false, "light groups", format!("{number}, not asked for: --groups")),
+            _ => decide(false, "light groups", format!("{number}, not asked for: `groups`")),
         };
         Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
     }

@@ -103,8 +103,8 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
         let done = self.done.len();
-        let most = self.settings.passes.unwrap_or(u32::MAX);
-        let until_check = if self.settings.error.is_some() { schedule.next_check.min(most) } else { most };
+        let most = self.settings.stop.passes().unwrap_or(u32::MAX);
+        let until_check = if self.settings.stop.error().is_some() { schedule.next_check.min(most) } else { most };
         let count = until_check.saturating_sub(done).clamp(1, keeping.team.size());
         let first = self.settings.first_pass + done;
         let leads = keeping.team.rank() == 0;
@@ -136,10 +136,11 @@ impl<const C: usize> Rendering<'_, C> {
         if done == 0 {
             return schedule.closed;
         }
-        let enough = self.settings.passes.is_some_and(|most| done >= most);
-        let late = self.settings.time.is_some_and(|limit| self.started.elapsed().as_secs_f64() + taken > limit);
+        let enough = self.settings.stop.passes().is_some_and(|most| done >= most);
+        let limit = self.settings.stop.time();
+        let late = limit.is_some_and(|limit| self.started.elapsed().as_secs_f64() + taken > limit.as_secs_f64());
         let last = enough || late || schedule.closed || self.progress.interrupted();
-        if !last && (self.settings.error.is_none() || done < schedule.next_check) {
+        if !last && (self.settings.stop.error().is_none() || done < schedule.next_check) {
             return false;
         }
         if self.plan.bounces {
@@ -151,7 +152,7 @@ impl<const C: usize> Rendering<'_, C> {
             _ => worst_of(places, Cell::of),
         };
         self.progress.pass(done, 100.0 * claim);
-        let Some(percent) = self.settings.error else { return true };
+        let Some(percent) = self.settings.stop.error() else { return true };
         let target = percent / 100.0;
         let alone = self.composition.rays.is_some() && places.iter().any(|place| place.site.receiver.grid.is_none());
         let fewest = if alone || places.is_empty() { FEWEST_PASSES } else { 1 };
@@ -161,14 +162,14 @@ impl<const C: usize> Rendering<'_, C> {
         let floor = worst_of(places, Cell::of_direct);
         if floor > target {
             self.warnings.push(format!(
-                "--error {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
+                "`error` {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
                 100.0 * floor,
             ));
             return true;
         }
         // An image that is good enough rests while maps and sensors ask for more.
         let goal = if places.is_empty() { target } else { IMAGE_ERROR / 100.0 };
-        if self.settings.passes.is_none() {
+        if self.settings.stop.passes().is_none() {
             views.iter_mut().for_each(|view| view.rests |= view.claim() <= goal);
         }
         if claim <= target {

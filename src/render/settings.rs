@@ -1,7 +1,12 @@
 //! What a user may choose for a run.
 
+use std::num::NonZeroU32;
+
+use super::Stop;
 use super::plan::{Method, Plan};
+use crate::options::Options;
 use crate::photon_map::Tree;
+use crate::scene::Scene;
 
 /// What a user may choose.
 #[derive(Clone, Debug)]
@@ -17,18 +22,13 @@ pub struct Settings {
     pub nearest: Option<usize>,
     /// Largest search radius, m; a tenth of the scene's diagonal where not given (see [`Scene::diagonal`](crate::scene::Scene::diagonal)).
     pub radius: Option<f64>,
-    /// Passes at most; as many as `error` and `time` ask for where not given.
-    pub passes: Option<u32>,
     /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
     /// themselves.
     pub least_passes: u32,
     /// The first of them: runs of different passes, or seeds, add up to one.
     pub first_pass: u32,
-    /// The run ends when the claimed standard error of every map, or of every sensor where there is no map, is at most
-    /// this, % of its mean; where there are only cameras, that of every image.
-    pub error: Option<f64>,
-    /// The run ends before this wall time is over, s, but for its first pass.
-    pub time: Option<f64>,
+    /// When the run ends.
+    pub stop: Stop,
     /// Which tree.
     pub tree: Tree,
     /// Seed of all random streams.
@@ -47,6 +47,28 @@ impl Settings {
         Self { photons, groups: plan.groups, ..defaults }
     }
 
+    /// The settings of a run: what was chosen, over the defaults of the plan. Where nobody says when it ends, it ends at a
+    /// standard error of 1 %, or of [`IMAGE_ERROR`] where there are only cameras; `seed` after one pass.
+    pub fn chosen(options: &Options, scene: &Scene, plan: &Plan) -> Self {
+        let defaults = Self::for_plan(plan);
+        let one = if plan.method == Method::Seed { NonZeroU32::new(1) } else { None };
+        let only_images = scene.planes.is_empty() && scene.sensors.is_empty();
+        let stop = Stop::by(options.passes.or(one), options.error, options.time);
+        Self {
+            photons: options.photons.unwrap_or(defaults.photons),
+            nearest: options.nearest,
+            radius: options.radius,
+            rays: options.rays.unwrap_or(defaults.rays),
+            smooth: options.smooth.unwrap_or(defaults.smooth),
+            least_passes: 1,
+            first_pass: options.first_pass.unwrap_or(0),
+            stop: stop.unwrap_or(Stop::at_error(if only_images { IMAGE_ERROR } else { 1.0 })),
+            tree: options.tree.unwrap_or(defaults.tree),
+            seed: options.seed.unwrap_or(defaults.seed),
+            groups: options.groups.unwrap_or(false),
+        }
+    }
+
     /// The settings of a method where nothing is known of the scene: one pass.
     pub fn of(method: Method) -> Self {
         let photons = match method {
@@ -60,11 +82,9 @@ impl Settings {
             smooth: method == Method::Gather,
             nearest: None,
             radius: None,
-            passes: Some(1),
             least_passes: 1,
             first_pass: 0,
-            error: None,
-            time: None,
+            stop: Stop::after(1),
             tree: Tree::Kd,
             seed: 0,
             groups: false,
@@ -81,3 +101,20 @@ pub const PIXEL_RAYS: u32 = 4;
 /// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
 /// only; where maps or sensors end the run, an image that has it takes no more rays.
 pub const IMAGE_ERROR: f64 = 5.0;
+
+/// What a scene file asks for.
+pub(crate) fn of_scene(scene: &Scene) -> Options {
+    let file = &scene.render;
+    let tree = |name: &String| Tree::ALL.into_iter().find(|(known, _)| known == name).map(|(_, tree)| tree);
+    Options {
+        method: file.method.as_deref().and_then(Method::named),
+        photons: file.photons,
+        nearest: file.nearest,
+        radius: file.radius,
+        passes: file.passes.and_then(NonZeroU32::new),
+        tree: file.tree.as_ref().and_then(tree),
+        seed: file.seed,
+        groups: file.groups,
+        ..Options::default()
+    }
+}

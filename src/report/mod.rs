@@ -48,6 +48,16 @@ pub fn write(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<V
     files::write_together(folder, &mut |folder| write_into(results, folder, layers))
 }
 
+impl Results {
+    /// Writes every result into `folder`, as the command does; see [`write()`].
+    ///
+    /// # Errors
+    /// As [`write()`].
+    pub fn write(&self, folder: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
+        write(self, folder.as_ref(), &ExtraLayers::default())
+    }
+}
+
 fn write_into(results: &Results, folder: &Path, layers: &ExtraLayers) -> Result<Vec<PathBuf>, Error> {
     let planes = results.maps.iter().map(|map| map.name.as_str());
     let names: Vec<_> = planes.chain(results.surfaces.iter().map(|map| map.name.as_str())).collect();

@@ -27,7 +27,7 @@ use super::placed::surroundings;
 use super::surface::{self, Surface};
 use super::texture;
 use super::{Material, MeasuringPlane, Scene};
-use crate::error::{Error, InputError, Location};
+use crate::error::{Error, InputError, Location, OptionError};
 use crate::files;
 use crate::files::limits::{LARGEST_OBJ, LARGEST_SCENE, LARGEST_TEXTURE, Reach};
 use crate::geometry::mesh::{Bounds, Mesh};
@@ -66,7 +66,8 @@ impl Scene {
     /// As [`Scene::load_with`]; also where the reflectance is none.
     pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         if let Some(reflectance) = options.reflectance.filter(|rgb| !rgb.iter().all(|n| (0.0..=1.0).contains(n))) {
-            return Err(Error::Usage(format!("--reflectance: found {reflectance:?}, expected numbers from 0 to 1")));
+            let (found, expected) = (format!("{reflectance:?}"), "numbers from 0 to 1".into());
+            return Err(OptionError::Value { option: "reflectance", found, expected }.into());
         }
         Ok(load(path, options)?)
     }
@@ -128,20 +129,40 @@ impl Dimming {
     }
 }
 
+impl Scene {
+    /// The same scene with other levels of those luminaires that are not off. What a file says is not asked again.
+    ///
+    /// # Errors
+    /// Where a level is given to a luminaire that isn't there or is off, or none shines any more.
+    pub(crate) fn dimmed(mut self, dimming: &Dimming) -> Result<Self, InputError> {
+        dimming.check(&self.luminaires.iter().map(|luminaire| luminaire.name.as_str()).collect())?;
+        for luminaire in &mut self.luminaires {
+            let before = luminaire.supply.level;
+            let level = dimming.level(&luminaire.name, before);
+            luminaire.flux.0 *= level / before;
+            luminaire.supply.level = level;
+        }
+        self.luminaires.retain(|luminaire| luminaire.flux.0 > 0.0);
+        if self.luminaires.is_empty() {
+            let at = Location::file(&self.file);
+            return Err(InputError::new(at, "every luminaire dimmed to 0", "one that shines"));
+        }
+        let words = dimming.words();
+        if !words.is_empty() {
+            let digest = Sha256::new().chain_update(&self.hash).chain_update(words).finalize();
+            self.hash = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        }
+        Ok(self)
+    }
+}
+
 /// Why a file that is named can't be read, though it may be there.
 pub(super) const OUTSIDE: &str = "it lies outside the scene's folder";
 /// What to do about that.
 const INCLUDE: &str = "--include DIR allows files of another folder";
 
 fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
-    let LoadOptions { include, dimming, reflectance } = options;
-    let mut reader = Reader {
-        reach: Reach::of(path, include),
-        hash: Sha256::new(),
-        warnings: Vec::new(),
-        textures: HashMap::new(),
-        fallback: None,
-    };
+    let mut reader = Reader::new(path, HashMap::new(), options);
     let bytes = files::read(path, LARGEST_SCENE)
         .map(|bytes| reader.hashed(bytes))
         .map_err(|error| files::why(&error))
@@ -151,7 +172,24 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Scene, InputError> {
             error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() + 1;
         InputError::new(Location::line(path, line), "bytes that are no UTF-8", "text in UTF-8")
     })?;
-    let file = SceneFile::parse(path, &text)?;
+    assemble(path, &text, reader, options)
+}
+
+/// A scene of no file but those in `memory`, which its text names.
+pub(super) fn from_text(
+    path: &Path,
+    text: &str,
+    memory: HashMap<PathBuf, Vec<u8>>,
+    options: &LoadOptions,
+) -> Result<Scene, InputError> {
+    let mut reader = Reader::new(path, memory, options);
+    reader.hash.update(text.as_bytes());
+    assemble(path, text, reader, options)
+}
+
+fn assemble(path: &Path, text: &str, mut reader: Reader, options: &LoadOptions) -> Result<Scene, InputError> {
+    let LoadOptions { dimming, reflectance, .. } = options;
+    let file = SceneFile::parse(path, text)?;
     reader.fallback = Fallback::of(&file.materials, *reflectance);
     let meshes = reader.meshes(path, &file)?;
     let lamps = reader.lamps(path, &file)?;
@@ -280,6 +318,8 @@ pub(super) struct PlacedMesh {
 /// Reads files, and remembers what they were.
 pub(super) struct Reader {
     pub(super) reach: Reach,
+    /// Files that are only here.
+    memory: HashMap<PathBuf, Vec<u8>>,
     hash: Sha256,
     pub(super) warnings: Vec<String>,
     /// Mean colour of each texture read, or why there is none.
@@ -292,8 +332,29 @@ pub(super) struct Reader {
 pub(super) type Sections<'a> = HashMap<&'a str, &'a MaterialSection>;
 
 impl Reader {
+    fn new(path: &Path, memory: HashMap<PathBuf, Vec<u8>>, options: &LoadOptions) -> Self {
+        Self {
+            reach: Reach::of(path, &options.include),
+            memory,
+            hash: Sha256::new(),
+            warnings: Vec::new(),
+            textures: HashMap::new(),
+            fallback: None,
+        }
+    }
+
+    /// Whether a file is only in memory, so that none lies beside it.
+    pub(super) fn remembers(&self, path: &Path) -> bool {
+        self.memory.contains_key(path)
+    }
+
     /// The bytes of a file that the scene names, which become part of its hash; else why not, in words.
     pub(super) fn read(&mut self, path: &Path, largest: u64) -> Result<Vec<u8>, String> {
+        if let Some(bytes) = self.memory.remove(path) {
+            let bytes = self.hashed(bytes);
+            self.memory.insert(path.to_owned(), bytes.clone());
+            return Ok(bytes);
+        }
         if !self.reach.holds(path) {
             return Err(OUTSIDE.to_owned());
         }

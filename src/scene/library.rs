@@ -87,6 +87,9 @@ impl Reader {
     /// The materials of all MTL files that an OBJ names.
     pub(super) fn library(&mut self, path: &Path, obj: &Obj, sections: &Sections<'_>) -> Result<Library, InputError> {
         let mut library = Library::default();
+        if self.remembers(path) {
+            return Ok(library);
+        }
         let mut folders = Folders::default();
         let mut seen = BTreeSet::new();
         for request in &obj.libraries {

@@ -6,6 +6,7 @@
 
 pub mod areas;
 mod assemble;
+pub(crate) mod builder;
 mod camera;
 mod dialect;
 mod double_faces;
@@ -40,6 +41,7 @@ use crate::geometry::Mesh;
 use crate::luminaire::Luminaire;
 pub use areas::Areas;
 pub use assemble::{Dimming, LoadOptions};
+pub use builder::{Lamp, Reflectance, SceneBuilder};
 pub use camera::Camera;
 pub use file::RenderDefaults;
 pub use glazing::Glazing;

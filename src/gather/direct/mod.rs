@@ -27,16 +27,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blocker::Blocker;
 use self::blockers::{Blockers, Bounds, Shaft};
-use self::emitter::{BodySource, Emitter, Light, Source, emitters};
+use self::emitter::{Emitter, Light, Source, emitters};
 use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
-use self::panes::{PaneShadow, Shaded};
-use self::polygon::{Pieces, Shadow, above_horizon};
+use self::panes::Shaded;
 use self::sample::Target;
 use self::view::View;
-use self::web::Parts;
 use super::receiver::Receiver;
 use crate::flux::photometric;
-use crate::geometry::body::Body;
 use crate::luminaire::{LightGroups, Luminaire};
 use crate::random::Seed;
 

@@ -23,7 +23,7 @@ use std::time::Instant;
 
 use crate::error::Error;
 use crate::render::plan::{Method, Plan};
-use crate::render::{MOST_CELLS, Settings, render_in_bands};
+use crate::render::{MOST_CELLS, Settings, Stop, render_in_bands};
 use crate::results::{IlluminanceMap, Results};
 pub use cases::cases;
 pub use scenes::SceneText;
@@ -398,7 +398,7 @@ impl Trial {
             photons: self.photons.unwrap_or(defaults.photons),
             rays: self.rays.unwrap_or(defaults.rays),
             nearest: self.nearest,
-            passes: Some(1),
+            stop: Stop::after(1),
             seed: 1,
             ..defaults
         };

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::photon_map::Tree;
 use crate::progress::Progress;
 use crate::render::plan::{Method, Plan};
-use crate::render::{Settings, render};
+use crate::render::{Settings, Stop, render};
 use crate::results::{IlluminanceMap, Run};
 use crate::scene::Scene;
 pub use reference::Reference;
@@ -40,7 +40,7 @@ impl Rung {
         Settings {
             photons: self.photons,
             nearest: self.nearest,
-            passes: Some(self.passes),
+            stop: Stop::after(self.passes),
             radius: common.radius,
             tree: common.tree,
             seed,

@@ -2,17 +2,18 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::error::{Error, InputError, Location};
+use crate::error::{Error, InputError, Location, OptionError};
 use crate::files;
 use crate::files::stems;
 use crate::gather::direct::emitter::MOST_POLYGONS;
 use crate::luminaire::{Luminaire, Opening};
 use crate::progress::Progress;
 use crate::render::plan::{Method, Plan};
-use crate::render::{Settings, render};
+use crate::render::{Settings, Stop, render};
 use crate::report::exr;
 use crate::results::IlluminanceMap;
 use crate::scene::{MeasuringPlane, Scene};
@@ -36,7 +37,8 @@ pub struct Reference {
 /// one place that decides: an unbiased method belongs here.
 fn nearest_to_the_truth(seed: u64) -> (Method, Settings) {
     let method = Method::Path;
-    (method, Settings { passes: None, error: Some(0.3), time: Some(60.0), seed, ..Settings::of(method) })
+    let stop = Stop::at_error(0.3).or_within(Duration::from_secs(60));
+    (method, Settings { stop, seed, ..Settings::of(method) })
 }
 
 /// References of all planes of a scene, in order: those given, and the computed for the rest. `seed` must be one that no
@@ -288,17 +290,21 @@ pub fn given(arguments: &[String], scene: &Scene) -> Result<Vec<Option<Reference
             } else {
                 format!("PLANE=FILE with one of {}", names.join(", "))
             };
-            return Err(Error::Usage(format!("--reference: found \"{argument}\", expected {expected}")));
+            return Err(refused(format!("\"{argument}\""), expected));
         }
         for (plane, file) in found {
             if let Some(first) = files[plane].replace(file) {
                 let found = format!("\"{argument}\" and {} for plane \"{}\"", first.display(), names[plane]);
-                return Err(Error::Usage(format!("--reference: found {found}, expected one")));
+                return Err(refused(found, "one".into()));
             }
         }
     }
     let read = |(file, plane): (Option<PathBuf>, &MeasuringPlane)| file.map(|file| Reference::read(&file, plane));
     files.into_iter().zip(&scene.planes).map(|file| read(file).transpose()).collect()
+}
+
+fn refused(found: String, expected: String) -> Error {
+    OptionError::Value { option: "reference", found, expected }.into()
 }
 
 /// Files of a folder that are named after planes.

@@ -12,7 +12,7 @@ mod sets;
 
 use std::time::Instant;
 
-use crate::error::Error;
+use crate::error::{Error, OptionError};
 use crate::gather::receiver::Photons;
 use crate::photon_map::Tree;
 use crate::progress::Progress;
@@ -162,7 +162,7 @@ impl Pools {
     pub fn new(threads: usize) -> Result<Self, Error> {
         let pool = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map_err(|error| Error::Usage(format!("--threads: {error}")))
+            pool.map_err(|error| OptionError::Threads { why: error.to_string() })
         };
         let all = pool(threads)?;
         Ok(Self(if all.current_num_threads() > 1 { vec![pool(1)?, all] } else { vec![all] }))

@@ -173,7 +173,7 @@ impl Landings {
             if emitted >= MOST_EMITTED * count as u64 {
                 let found = format!("{}: found {landed} landings of {emitted} photons", scene.file.display());
                 return Err(Error::Usage(format!(
-                    "{found}, expected {count}; ask for fewer --photons or other --sets"
+                    "{found}, expected {count}; ask for fewer `photons` or other `sets`"
                 )));
             }
             emitted = (4 * emitted).min(MOST_EMITTED * count as u64);
