@@ -6,6 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+export CARGO_TERM_COLOR=never # what is printed is read again, below
 only=${1:-}
 mkdir -p target
 log=target/test.log
@@ -26,6 +27,21 @@ leave_out() {
     echo "== $*"
     left_out+=("$*")
 }
+
+# At the end, whatever it is: the slowest tests, the seconds of each step, what was left out, and how the tests ended.
+summary() {
+    if grep -q '^ *PASS \[' "$log"; then
+        echo "== slowest tests"
+        sed -n 's/^ *PASS \[ *\([0-9.]*\)s\] *\(([^)]*)\)\? *\(.*\)/\1 \3/p' "$log" | sort -rn | head -10 |
+            while read -r time name; do printf '%7.1f s  %s\n' "$time" "$name"; done
+    fi
+    echo "== seconds"
+    printf '%s\n' "${seconds[@]}" "$(printf '%5d s  in all' $SECONDS)"
+    if [[ ${#left_out[@]} -gt 0 ]]; then printf 'left out: %s\n' "${left_out[@]}"; fi
+    echo "== results"
+    grep -E '^test result: |^ *Summary \[' "$log" || true
+}
+trap summary EXIT
 
 # Whether scripts/setup.sh finds or installs something; false where only root could install it.
 is_there() {
@@ -58,15 +74,15 @@ live) if $live; then step "live page" run_ignored live; fi ;;
 "")
     step "form" cargo fmt --check
     step "lints" cargo clippy --all-targets "${features[@]}" -- -D warnings
-    if [[ ${#features[@]} -gt 0 ]]; then step "without MPI" env RUSTFLAGS="${RUSTFLAGS:-}" cargo check; fi
+    if [[ ${#features[@]} -gt 0 ]]; then step "without MPI" cargo check; fi
     step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps "${features[@]}"
     # libFuzzer itself, in C++, is not compiled: nothing is linked here.
-    if fuzz=$(CUSTOM_LIBFUZZER_PATH=$PWD/target/libfuzzer.a cargo metadata --offline --locked --format-version 1 \
-        --manifest-path fuzz/Cargo.toml 2>&1 >/dev/null); then
+    host=$(rustc -vV | sed -n 's/^host: //p')
+    if cargo fetch --offline --locked --target "$host" --manifest-path fuzz/Cargo.toml 2>/dev/null; then
         step "fuzz targets" env CUSTOM_LIBFUZZER_PATH="$PWD/target/libfuzzer.a" \
             cargo check --offline --locked --manifest-path fuzz/Cargo.toml --target-dir target
     else
-        leave_out "fuzz targets are not checked: their packages are not at hand (${fuzz##*$'\n'})"
+        leave_out "fuzz targets are not checked: their packages are not at hand"
     fi
     msrv=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
     if rustup run "$msrv" rustc --version >/dev/null 2>&1; then
@@ -81,14 +97,3 @@ live) if $live; then step "live page" run_ignored live; fi ;;
     ;;
 *) echo "test.sh: found $only, expected mpi, live or nothing" >&2 && exit 2 ;;
 esac
-
-if grep -q '^ *PASS \[' "$log"; then
-    echo "== slowest tests"
-    sed -n 's/^ *PASS \[ *\([0-9.]*\)s\] *\(([^)]*)\)\? *\(.*\)/\1 \3/p' "$log" | sort -rn | head -10 |
-        while read -r time name; do printf '%7.1f s  %s\n' "$time" "$name"; done
-fi
-echo "== seconds"
-printf '%s\n' "${seconds[@]}" "$(printf '%5d s  in all' $SECONDS)"
-if [[ ${#left_out[@]} -gt 0 ]]; then printf 'left out: %s\n' "${left_out[@]}"; fi
-echo "== results"
-grep -E '^test result: |^ *Summary \[' "$log" || true
