@@ -11,28 +11,17 @@ build: setup
 demo: build
 	target/release/luxmap render scenes/seed-office.toml
 
+# All that has to pass: see scripts/test.sh.
 test: setup
-	cargo fmt --check
-	cargo clippy --all-targets -- -D warnings
-	cargo test
-	@$(MAKE) --no-print-directory test-mpi
-	@$(MAKE) --no-print-directory test-live
+	@scripts/test.sh
 
 # Passes spread over MPI processes. Left out, and said so, where OpenMPI is missing and only root could install it.
 test-mpi: setup
-	@scripts/setup.sh mpi; case $$? in \
-	  0) cargo clippy --features mpi --test mpi -- -D warnings && cargo test --features mpi --test mpi ;; \
-	  77) echo "MPI is not tested" ;; \
-	  *) exit 1 ;; \
-	esac
+	@scripts/test.sh mpi
 
 # The live page in headless Chromium. Left out, and said so, where Chromium is missing and only root could install it.
 test-live: setup
-	@scripts/setup.sh chromium; case $$? in \
-	  0) cargo test --test live -- --ignored ;; \
-	  77) echo "the live page is not tested in a browser" ;; \
-	  *) exit 1 ;; \
-	esac
+	@scripts/test.sh live
 
 # Stiff and extreme cases against their exact answers, in some minutes; writes STABILITY.md.
 check: build

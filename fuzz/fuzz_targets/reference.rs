@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../tests/common/hostile.rs"]
+#[path = "../../tests/it/common/hostile.rs"]
 mod hostile;
 
 libfuzzer_sys::fuzz_target!(init: hostile::begin("reference"), |input: &[u8]| drop(hostile::reference(input)));

@@ -1,4 +1,4 @@
-//! A list of runs: read from a [`file`], each [`done`] once, whatever happens in between.
+//! A list of runs: read from a [`mod@file`], each [`done`] once, whatever happens in between.
 //!
 //! A run has a folder of its own. While it is under way its state is kept there after each pass; when its results are
 //! written, a marker is, last of all, which names what was asked for and the checksum of each result. So whatever ends a

@@ -4,7 +4,7 @@
 //! tell it, readings, targets, what its luminaires are set to and the power meter, and nothing of R or of what has failed. Beside
 //! it runs the optimum: the levels of least power for what is true at the time, found anew after every event.
 //!
-//! A new controller is one file here with a type that implements [`Controller`], and one line in [`CONTROLLERS`].
+//! A new controller is one file here with a type that implements [`Controller`], and one line in `CONTROLLERS`.
 
 mod ana_rc;
 mod optimum;

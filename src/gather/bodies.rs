@@ -122,7 +122,7 @@ fn kepler(share: f64) -> f64 {
 
 /// Direct illuminance of every body of `receiver` by all luminaires. `progress` hears one step a luminaire.
 ///
-/// Error: that of flat cells (see [`direct_light`]), and that of taking the mean over so many of them, which is part of the
+/// Error: that of flat cells (see `direct_light`), and that of taking the mean over so many of them, which is part of the
 /// variance. Cost: that of 63 to 1026 flat cells each.
 pub fn direct_on_bodies<const C: usize>(
     luminaires: &[Luminaire],

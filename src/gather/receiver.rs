@@ -100,7 +100,7 @@ impl Receiver {
     }
 
     /// The receivers of the scene's sensors, each with the sensor that each of its points serves: one for all that share a
-    /// plane. A sensor with a disc has the points of [`disc_points`], one after the other.
+    /// plane. A sensor with a disc has the points of `disc_points`, one after the other.
     pub fn of_sensors(scene: &Scene, caster: &RayCaster, tolerance: f32, margin: f32) -> Vec<(Self, Vec<usize>)> {
         let same_plane = |a: &Sensor, b: &Sensor| {
             a.normal.distance(b.normal) < 1e-9

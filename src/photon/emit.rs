@@ -35,7 +35,7 @@ pub struct Emitted<const C: usize> {
 
 impl<'a, const C: usize> Emission<'a, C> {
     /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the others: see
-    /// [`drawn_shares`]), to fly through what `caster` holds.
+    /// `drawn_shares`), to fly through what `caster` holds.
     pub fn new(luminaires: &'a [Luminaire], photons: u64, caster: &'a RayCaster) -> Self {
         let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
         let running = |sum: &mut f64, part: f64| {

@@ -3,7 +3,7 @@
 //! A room keeps its size when somebody lays a ground of 20 km beneath it, or forgets a triangle at the other end of the
 //! country. So what depends on size (where single precision is finest, how far rays start off surfaces, how wide photons are
 //! searched for) is taken from the surroundings of what is measured and not from the box around everything. Both are the same
-//! in any room: only what lies more than [`SURROUNDINGS`] times as far as the measured is wide counts as far.
+//! in any room: only what lies more than `SURROUNDINGS` times as far as the measured is wide counts as far.
 
 use std::collections::HashMap;
 

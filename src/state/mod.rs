@@ -2,7 +2,7 @@
 //!
 //! Everything that passes leave behind is a [`Sum`], a count, or a list of photons that knows its pass. So states of
 //! different passes add up to what one run of all of them would hold, to the bit, in any order: a run that was killed goes
-//! on from its [`file`], jobs of a cluster are merged, and processes that share a run hand their parts over as a [`tape`].
+//! on from its [`mod@file`], jobs of a cluster are merged, and processes that share a run hand their parts over as a [`tape`].
 
 pub mod file;
 mod passes;

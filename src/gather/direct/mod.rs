@@ -3,12 +3,12 @@
 //! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there: a
 //! search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
 //! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled, and
-//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast ([`web`]).
+//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast (`web`).
 //! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far luminaires that
 //! hardly matter.
 //!
 //! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives with the
-//! photons. Panes let their share of the light pass straight ([`panes`]).
+//! photons. Panes let their share of the light pass straight (`panes`).
 
 mod blocker;
 pub mod blockers;

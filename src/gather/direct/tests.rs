@@ -8,7 +8,7 @@ use super::polygon::projected_solid_angle;
 use super::*;
 use crate::embree::RayCaster;
 use crate::geometry::Mesh;
-use crate::geometry::body::Solid;
+use crate::geometry::body::{Body, Solid};
 use crate::luminaire::intensity::Intensity;
 use crate::luminaire::web::{Measured, Web};
 use crate::luminaire::{Distribution, Opening};

@@ -1,6 +1,6 @@
 //! What photometric files say: one for a person and for a program with its polar diagram, many as a list and a contact sheet.
 //!
-//! [`write`] makes a file's folder: `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` (keys: `json.rs`). [`Entry`]
+//! [`write()`] makes a file's folder: `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` (keys: `json.rs`). [`Entry`]
 //! makes that for each of many files, and beside these folders `luminaires.csv` (columns: [`COLUMNS`]) and
 //! `luminaires.html`.
 
