@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     ))?;
     let mut settings = Settings { groups: plan.groups, ..Settings::for_plan(&plan) };
     settings.photons = arguments.photons.or(scene.render.photons).unwrap_or(settings.photons);
-    let most_cells = fit(&scene, &plan, &mut settings, arguments.memory)?;
+    let most_cells = fit(&scene, &plan, &mut settings, arguments.memory.or(scene.render.memory))?;
     let memory = Memory::of(&scene, &plan, &settings, most_cells);
     let Memory { program, triangles, photons, cells, results, pixels } = memory;
     let parts = [program, triangles, photons, cells, results, pixels].map(number::bytes);

@@ -176,7 +176,7 @@ pub(super) fn named<T: Copy, const N: usize>(name: &str, all: [(&'static str, T)
     all.into_iter().find(|(known, _)| *known == name).map(|(_, value)| value)
 }
 
-/// The method asked for on the command line, else by the scene file, else `split`.
+/// The method asked for on the command line, else by the scene file, else `gather`.
 pub(super) fn parse_method(given: Option<&String>, scene: &Scene) -> Method {
     given.or(scene.render.method.as_ref()).and_then(|name| named(name, Method::ALL)).unwrap_or(Method::Gather)
 }
@@ -336,7 +336,7 @@ impl Job {
         let plan = Plan::new(&scene, parse_method(arguments.method.as_ref(), &scene));
         let mut settings = settings(arguments, &scene, &plan);
         let asked = settings.photons;
-        let most_cells = memory::fit(&scene, &plan, &mut settings, arguments.memory)?;
+        let most_cells = memory::fit(&scene, &plan, &mut settings, arguments.memory.or(scene.render.memory))?;
         if settings.photons < asked {
             scene.warnings.push(format!("--memory: {} photons a pass instead of {asked}", settings.photons));
         }
@@ -452,20 +452,21 @@ fn settings(arguments: &Arguments, scene: &Scene, plan: &Plan) -> Settings {
     let file = &scene.render;
     let defaults = Settings::for_plan(plan);
     let passes = arguments.passes.or(file.passes).or((plan.method == Method::Seed).then_some(1));
-    let unlimited = passes.is_none() && arguments.time.is_none();
+    let time = arguments.time.or(file.time);
+    let unlimited = passes.is_none() && time.is_none();
     let only_images = scene.planes.is_empty() && scene.sensors.is_empty();
     let tree = arguments.tree.as_ref().or(file.tree.as_ref()).and_then(|name| named(name, Tree::ALL));
     Settings {
         photons: arguments.photons.or(file.photons).unwrap_or(defaults.photons),
         nearest: arguments.nearest.map(|k| k as usize).or(file.nearest),
         radius: arguments.radius.or(file.radius),
-        rays: arguments.rays.unwrap_or(defaults.rays),
-        smooth: arguments.smooth.as_ref().map_or(defaults.smooth, |switch| switch == "on"),
+        rays: arguments.rays.or(file.rays).unwrap_or(defaults.rays),
+        smooth: arguments.smooth.as_ref().map(|switch| switch == "on").or(file.smooth).unwrap_or(defaults.smooth),
         passes,
         least_passes: 1,
         first_pass: arguments.first_pass,
-        error: arguments.error.or(unlimited.then_some(if only_images { IMAGE_ERROR } else { 1.0 })),
-        time: arguments.time,
+        error: arguments.error.or(file.error).or(unlimited.then_some(if only_images { IMAGE_ERROR } else { 1.0 })),
+        time,
         tree: tree.unwrap_or(defaults.tree),
         seed: arguments.seed.or(file.seed).unwrap_or(defaults.seed),
         groups: file.groups.unwrap_or(false),
