@@ -84,6 +84,21 @@ fn a_sound_scene_loads_without_a_word() {
     assert_eq!(says(&format!("{LAMP}{SENSOR}{PLANE}")), "loaded: ");
 }
 
+/// Text in memory is what a file `scene.toml` of its folder would be, hash and messages included.
+#[test]
+fn text_in_memory_is_read_as_a_file() {
+    for toml in [format!("{MESH}{LAMP}{SENSOR}"), format!("{MESH}{LAMP}flow = 3\n{SENSOR}")] {
+        let files = [("scene.toml", toml.as_str()), ("room.obj", OBJ), ("room.mtl", MTL)];
+        let folder = Folder::with(&files.map(|(name, text)| (name, text.as_bytes())));
+        let seen = |scene: Result<Scene, luxmap::error::Error>| {
+            scene.map(|scene| (scene.hash, scene.file, scene.name)).map_err(|error| error.to_string())
+        };
+        let loaded = seen(Scene::load(&folder.0.join("scene.toml")));
+        fs::remove_file(folder.0.join("scene.toml")).unwrap();
+        assert_eq!(seen(Scene::parse(&toml, &folder.0)), loaded);
+    }
+}
+
 #[test]
 fn files_that_can_t_be_read() {
     assert_eq!(

@@ -46,7 +46,7 @@ fn scene() -> String {
         .help_template("{about}")
         .render_help();
     let sections: Vec<String> = reference::pages().iter().map(section).collect();
-    format!("{}\n{}", conventions, sections.join(""))
+    format!("Scene files: every key\n\n{}\n{}", conventions.to_string().trim_end(), sections.concat())
 }
 
 /// A section. clap sets keys in two columns as it does with subcommands, and knows how wide the terminal is.

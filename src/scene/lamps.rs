@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::assemble::{Reader, path_hint};
 use super::fields::{Placed, listed, quoted};
 use super::file::{LuminaireSection, SceneFile, Shape, Spread};
 use super::fixture::{Lamp, LampSpread};
 use super::limits::LARGEST_GLDF;
+use super::read::{Reader, path_hint};
 use crate::error::{InputError, Location};
 use crate::luminaire::body::Solid;
 use crate::luminaire::frame;

@@ -8,7 +8,6 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::assemble::{OUTSIDE, Reader, Sections};
 use super::fallback::ALL;
 use super::fields::{Placed, closest, listed, quoted, section};
 use super::file::MaterialSection;
@@ -16,6 +15,7 @@ use super::limits::LARGEST_MTL;
 use super::lines::{text, without_comment};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
+use super::read::{OUTSIDE, Reader, Sections};
 use crate::error::{InputError, Location};
 
 /// Longest name of a file that systems take, bytes; no longer one is looked for in other spellings.

@@ -28,9 +28,11 @@ pub mod mesh;
 mod mtl;
 pub mod near;
 mod obj;
+mod parts;
 mod placed;
 pub mod plan;
 mod polygon;
+mod read;
 mod surface;
 mod texture;
 

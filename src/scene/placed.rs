@@ -3,12 +3,13 @@
 use glam::DVec3;
 
 use super::Near;
-use super::assemble::{PlacedMesh, plane_corners};
+use super::assemble::plane_corners;
 use super::file::SceneFile;
 use super::fixture::Fixture;
 use super::measured::SurfaceSection;
 use super::mesh::Bounds;
 use super::near::{self, Triangles};
+use super::read::PlacedMesh;
 use super::surface::Surface;
 
 impl PlacedMesh {

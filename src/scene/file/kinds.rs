@@ -77,6 +77,8 @@ pub(crate) struct Numbers<const N: usize> {
     words: &'static str,
     /// What to do about another value.
     hint: &'static str,
+    /// Names of the numbers of a list.
+    list: &'static str,
 }
 
 /// One number.
@@ -84,7 +86,12 @@ pub(crate) type Number = Numbers<1>;
 
 impl<const N: usize> Numbers<N> {
     pub(crate) const fn of(range: Range, unit: &'static str) -> Self {
-        Self { range, unit, words: "", hint: "" }
+        Self { range, unit, words: "", hint: "", list: if N == 2 { "[a, b]" } else { "[a, b, c]" } }
+    }
+
+    /// The same, where the reference shows a list as `list`.
+    pub(crate) const fn shown(self, list: &'static str) -> Self {
+        Self { list, ..self }
     }
 
     /// The same, where messages expect `words`.
@@ -138,8 +145,7 @@ macro_rules! several {
             }
 
             fn range(&self) -> String {
-                let letters = &["a", "b", "c"][..$count];
-                format!("[{}], each {}", letters.join(", "), self.range.words())
+                format!("{}, each {}", self.list, self.range.words())
             }
         }
 

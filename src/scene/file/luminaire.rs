@@ -82,7 +82,7 @@ static FLUX: Key<Number> = Key::needed_unless(
 );
 static COLOR: Key<Numbers<3>> = Key::optional(
     "color",
-    Numbers::of(Range::between(0.0, 1e15), "").said(COLOR_FORM),
+    Numbers::of(Range::between(0.0, 1e15), "").said(COLOR_FORM).shown("[r, g, b]"),
     "white",
     "Colour of its light, linear Rec. 709; its brightness is left out.",
 );
@@ -99,7 +99,7 @@ static ARRAY: Key<Inner<Array>> =
 pub(super) static LUMINAIRE: Table = Table {
     head: "[[luminaire]]",
     about: "A luminaire: its luminous opening, how its light spreads, its flux, and what power it draws. Light leaves from all of \
-            the opening, which is also a black body in the way of light.",
+            the opening alike. An opening with a size also stands in the way of light, and absorbs it.",
     keys: &[
         &NAME,
         &POSITION,

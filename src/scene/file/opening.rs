@@ -40,15 +40,27 @@ static RECTANGLE: Key<Numbers<2>> =
     Key::optional("rectangle", TWO, "", "A flat rectangle: sizes along C0 and C90; light leaves towards `aim`.");
 static DISC: Key<Number> = Key::optional("disc", ONE, "", "A flat disc: its diameter.");
 static ELLIPSE: Key<Numbers<2>> = Key::optional("ellipse", TWO, "", "A flat ellipse: sizes along C0 and C90.");
-static BOX: Key<Numbers<3>> =
-    Key::optional("box", THREE, "", "A box that shines on all sides: sizes along C0 and C90, and height.");
-static CYLINDER: Key<Numbers<2>> =
-    Key::optional("cylinder", TWO, "", "A cylinder with its axis along `aim`: diameter and height.");
-static TUBE: Key<Numbers<2>> =
-    Key::optional("tube", TWO, "", "A cylinder with its axis along C0: length and diameter.");
+static BOX: Key<Numbers<3>> = Key::optional(
+    "box",
+    THREE.shown("[a, b, height]"),
+    "",
+    "A box that shines on all sides: sizes along C0 and C90, and height.",
+);
+static CYLINDER: Key<Numbers<2>> = Key::optional(
+    "cylinder",
+    TWO.shown("[diameter, height]"),
+    "",
+    "A cylinder with its axis along `aim`: diameter and height.",
+);
+static TUBE: Key<Numbers<2>> = Key::optional(
+    "tube",
+    TWO.shown("[length, diameter]"),
+    "",
+    "A cylinder with its axis along C0: length and diameter.",
+);
 static SPHERE: Key<Number> = Key::optional("sphere", ONE, "", "A ball: its diameter.");
 static ELLIPSOID: Key<Numbers<3>> =
-    Key::optional("ellipsoid", THREE, "", "An ellipsoid: sizes along C0 and C90, and height.");
+    Key::optional("ellipsoid", THREE.shown("[a, b, height]"), "", "An ellipsoid: sizes along C0 and C90, and height.");
 
 static FORMS: Table = Table {
     head: "opening",

@@ -128,14 +128,14 @@ pub(crate) fn markdown() -> String {
     let mut text = "\
 # The scene file: every key
 
-Printed by `luxmap help scene --markdown` from the tables that luxmap parses by; `luxmap help scene` prints the same for the terminal.
-docs/FILES.md tells what becomes of the meshes, materials and photometric files that a scene names.
+Printed by `luxmap help scene --markdown` from the tables that luxmap parses by; `luxmap help scene` prints the same for
+the terminal. [FILES.md](FILES.md) tells what becomes of the meshes, materials and photometric files that a scene names.
 
 ## Conventions
 
 "
     .to_owned();
-    CONVENTIONS.iter().for_each(|(title, words)| text += &format!("- **{title}.** {words}\n"));
+    CONVENTIONS.iter().for_each(|(title, words)| text += &item(&format!("**{title}.** {words}")));
     for page in pages() {
         let depth = if page.within.is_empty() && page.table.head != "[[plane.task]]" { "##" } else { "###" };
         let title = match page.within.as_slice() {
@@ -143,7 +143,7 @@ docs/FILES.md tells what becomes of the meshes, materials and photometric files 
             [] => format!("`{}`", page.table.head),
             owners => format!("`{}` of `{}`", page.table.head, owners.join("` and `")),
         };
-        text += &format!("\n{depth} {title}\n\n{}\n", page.about());
+        text += &format!("\n{depth} {title}\n\n{}", wrapped(page.about(), ["", ""]));
         if !page.example().is_empty() {
             text += &format!("\n```toml\n{}```\n", page.example());
         }
@@ -156,8 +156,28 @@ docs/FILES.md tells what becomes of the meshes, materials and photometric files 
         }
         if !page.rules().is_empty() {
             text += "\n";
-            page.rules().iter().for_each(|rule| text += &format!("- {rule}\n"));
+            page.rules().iter().for_each(|rule| text += &item(rule));
         }
     }
     text
+}
+
+/// An item of a list.
+fn item(words: &str) -> String {
+    wrapped(words, ["- ", "  "])
+}
+
+/// Text in lines of at most 120 columns; the first and the others begin with what `starts` has for them.
+fn wrapped(text: &str, starts: [&str; 2]) -> String {
+    const WIDEST: usize = 120;
+    let (mut all, mut line) = (String::new(), starts[0].to_owned());
+    for (at, word) in text.split(' ').enumerate() {
+        if at > 0 && line.chars().count() + 1 + word.chars().count() > WIDEST {
+            all += &(std::mem::replace(&mut line, starts[1].to_owned()) + "\n");
+        } else if at > 0 {
+            line.push(' ');
+        }
+        line += word;
+    }
+    all + &line + "\n"
 }
