@@ -1,6 +1,6 @@
 //! The scene file: TOML in, checked sections out, every mistake named with its line.
 //!
-//! Each section has a file with a table of its keys and a parser that reads by it; [`reference`] prints the tables.
+//! Each section has a file with a table of its keys and a parser that reads by it; `reference` prints the tables.
 
 mod array;
 mod camera;
