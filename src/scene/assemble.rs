@@ -24,15 +24,16 @@ use crate::input;
 
 impl Scene {
     /// Reads a scene file (TOML) and the meshes it names, checks them, and moves everything to the middle of its
-    /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was expected.
+    /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was
+    /// expected.
     ///
     /// The files it names lie in its own folder or below; see [`limits`](super::limits).
     pub fn load(path: &Path) -> Result<Self, Error> {
         Self::load_with(path, &[], &Dimming::AsWritten)
     }
 
-    /// The same, where files may also lie in the folders `include`, or below; with luminaires dimmed otherwise than the file
-    /// has them.
+    /// The same, where files may also lie in the folders `include`, or below; with luminaires dimmed otherwise than
+    /// the file has them.
     ///
     /// # Errors
     /// As [`Scene::load`]; also where a level is given to a luminaire that the scene doesn't have.
@@ -50,8 +51,8 @@ impl Scene {
         Ok(of_text(path, &text_of(path)?, options)?)
     }
 
-    /// A scene from text in memory, as if it stood in a file `scene.toml` in `folder`, where the files lie that it names.
-    /// No such file is looked at. Cost: as [`Scene::load`].
+    /// A scene from text in memory, as if it stood in a file `scene.toml` in `folder`, where the files lie that it
+    /// names. No such file is looked at. Cost: as [`Scene::load`].
     ///
     /// ```
     /// # use luxmap::scene::Scene;
@@ -92,8 +93,8 @@ pub struct LoadOptions {
     pub include: Vec<PathBuf>,
     /// At which levels its luminaires are.
     pub dimming: Dimming,
-    /// What those materials reflect by Lambert's law of which neither a section of the scene nor an MTL file says it: before
-    /// what `[material."*"]` says of them. Part of the scene's hash.
+    /// What those materials reflect by Lambert's law of which neither a section of the scene nor an MTL file says it:
+    /// before what `[material."*"]` says of them. Part of the scene's hash.
     pub reflectance: Option<[f64; 3]>,
 }
 
@@ -254,8 +255,8 @@ impl Ingredients<'_> {
     }
 }
 
-/// Adds the luminaires and the meshes that shine, at their levels, without those that are off. Returns the scene's smallest
-/// and largest maintenance factor.
+/// Adds the luminaires and the meshes that shine, at their levels, without those that are off. Returns the scene's
+/// smallest and largest maintenance factor.
 fn shine(
     parts: &mut Parts,
     emitters: Vec<Emitter>,
@@ -265,9 +266,9 @@ fn shine(
     shift: f64,
 ) -> Result<Option<[f64; 2]>, InputError> {
     // An opening mounted flush with a ceiling shares its plane, and which of the two a ray then meets is arbitrary: a
-    // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along the
-    // aim: by 36 µm in a room of 7 m, whatever lies about it, which is some 150 steps of f32 there, and nothing to the
-    // illuminance.
+    // seed office with such panels read 0.8 … 1.1 % too bright on the floor. So body and opening move together, along
+    // the aim: by 36 µm in a room of 7 m, whatever lies about it, which is some 150 steps of f32 there, and nothing to
+    // the illuminance.
     for fixture in fixtures {
         let fixture = fixture.shifted(shift, parts.centre);
         let body = parts.add_body(&fixture);

@@ -212,7 +212,8 @@ impl Parts {
     pub(super) fn add_emitters(&mut self, emitters: Vec<Emitter>) {
         let mut names: BTreeSet<String> = self.luminaires.iter().map(|luminaire| luminaire.name.clone()).collect();
         for emitter in emitters {
-            // Meshes may share a material's name: the second lamp is "lamp (2)", its light group is "lamp" all the same.
+            // Meshes may share a material's name: the second lamp is "lamp (2)", its light group is "lamp" all the
+            // same.
             let mut name = emitter.material.clone();
             for number in 2.. {
                 if names.insert(name.clone()) {
@@ -243,8 +244,8 @@ impl Kept {
         self.left_out.is_empty() || self.left_out.binary_search(&index).is_err()
     }
 
-    /// Adds a file's part of a measured surface, ascending, to its triangles; `backs` are triangles and the ones that were
-    /// behind them.
+    /// Adds a file's part of a measured surface, ascending, to its triangles; `backs` are triangles and the ones that
+    /// were behind them.
     fn choose(&self, of_surface: &[usize], backs: &[[u32; 2]], chosen: &mut Vec<(u32, bool)>) {
         let own = chosen.len();
         let fronts = of_surface.iter().filter(|&&index| self.stays(index));

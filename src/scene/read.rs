@@ -1,7 +1,7 @@
 //! The files that a scene names, read and hashed, up to meshes that stand in the world.
 //!
-//! [`Reader::objs`] looks at files, [`Reader::placed`] at none but textures: a mesh from elsewhere enters between them, as a
-//! [`ReadMesh`].
+//! [`Reader::objs`] looks at files, [`Reader::placed`] at none but textures: a mesh from elsewhere enters between
+//! them, as a [`ReadMesh`].
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};

@@ -29,8 +29,8 @@ static PITCH: Key<Numbers<2>> = Key::needed(
 
 static ARRAY: Table = Table {
     head: "array",
-    about: "Rows of equal luminaires or sensors along the world's x and y; `position` is that of the first. The one in column \
-            i and row j, counted from 1, is named `NAME[i,j]`.",
+    about: "Rows of equal luminaires or sensors along the world's x and y; `position` is that of the first. The one \
+            in column i and row j, counted from 1, is named `NAME[i,j]`.",
     keys: &[&COUNT, &PITCH],
     rules: &[],
     example: "",

@@ -67,8 +67,8 @@ pub(super) fn read(
     Ok(Camera { name, eye, forward, right, up, fov, pixels })
 }
 
-/// Unit vectors forward, to the right and to the top of a camera's image. Without `up`, the world's z points to the top;
-/// seen straight from above or below y does, as in a plan.
+/// Unit vectors forward, to the right and to the top of a camera's image. Without `up`, the world's z points to the
+/// top; seen straight from above or below y does, as in a plan.
 fn view_axes(section: &Section<'_>, eye: DVec3) -> Result<[DVec3; 3], InputError> {
     let look_at = section.need(&LOOK_AT)?;
     let Some(forward) = (look_at - eye).try_normalize().filter(|_| look_at.distance(eye) >= 1e-9) else {

@@ -1,7 +1,8 @@
-//! Keys of the scene file as data: a [`Table`] for each section, of which the parser, its errors and the reference all speak.
+//! Keys of the scene file as data: a [`Table`] for each section, of which the parser, its errors and the reference all
+//! speak.
 //!
-//! A parser reads through [`Section`], which takes a [`Key`] and no other name: a key that is in no table can't be asked for,
-//! and what a table holds is what a section may say.
+//! A parser reads through [`Section`], which takes a [`Key`] and no other name: a key that is in no table can't be
+//! asked for, and what a table holds is what a section may say.
 
 use toml::de::DeTable;
 

@@ -19,9 +19,9 @@ pub(crate) struct LuminaireSection {
     pub(crate) position: DVec3,
     /// Where γ = 0 looks; straight down where the section says nothing.
     pub(crate) aim: DVec3,
-    /// `rotation`, degrees. At 0, looking down, C0 (the first size of an opening) lies towards +x and C90 towards +y. Positive
-    /// turns from C0 towards C90: counter-clockwise seen from above where the luminaire looks down, counter-clockwise seen
-    /// from behind it whatever it looks at.
+    /// `rotation`, degrees. At 0, looking down, C0 (the first size of an opening) lies towards +x and C90 towards +y.
+    /// Positive turns from C0 towards C90: counter-clockwise seen from above where the luminaire looks down,
+    /// counter-clockwise seen from behind it whatever it looks at.
     pub(crate) rotation: f64,
     /// Where the section says it.
     pub(crate) shape: Option<Shape>,
@@ -98,8 +98,9 @@ static ARRAY: Key<Inner<Array>> =
 
 pub(super) static LUMINAIRE: Table = Table {
     head: "[[luminaire]]",
-    about: "A luminaire: its luminous opening, how its light spreads, its flux, and what power it draws. Light leaves from all of \
-            the opening alike. An opening with a size also stands in the way of light, and absorbs it.",
+    about: "A luminaire: its luminous opening, how its light spreads, its flux, and what power it draws. Light \
+            leaves from all of the opening alike. An opening with a size also stands in the way of light, and \
+            absorbs it.",
     keys: &[
         &NAME,
         &POSITION,

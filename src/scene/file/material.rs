@@ -83,8 +83,9 @@ static GLAZING: Key<Several<Glazing>> = Key::optional(
 
 pub(super) static MATERIAL: Table = Table {
     head: "[material.NAME]",
-    about: "What the faces do with light that an OBJ file gives this material (`usemtl NAME`). A name of other characters than \
-            letters, digits, - and _ stands in quotes. What the section says wins over the MTL file; what it leaves open, the \
+    about: "What the faces do with light that an OBJ file gives this material (`usemtl NAME`). A name of other \
+            characters than letters, digits, - and _ stands in quotes. What the section says wins over the MTL \
+            file; what it leaves open, the \
             MTL file says. `[material.\"*\"]` speaks for all materials that have neither.",
     keys: &[&REFLECTANCE, &SPECULAR, &ROUGHNESS, &TRANSMITTANCE, &SIDES, &DIELECTRIC, &GLAZING],
     rules: &[
@@ -159,8 +160,8 @@ static CURVE: Key<Several<Curve>> = Key::optional(
     "curve",
     Several { unit: "°, 1", forms: CURVE_FORM, tables: &[], read: curve },
     "\"clear\"",
-    "How the transmittance falls with the angle of incidence: as that of clear glass of index 1.5, as the 6 mm glass of CIE \
-     171:2006, or as measured.",
+    "How the transmittance falls with the angle of incidence: as that of clear glass of index 1.5, as the 6 mm glass \
+     of CIE 171:2006, or as measured.",
 );
 
 static PANE: Table = Table {
@@ -169,8 +170,8 @@ static PANE: Table = Table {
     keys: &[&PANE_TRANSMITTANCE, &PANE_REFLECTANCE, &CURVE],
     rules: &[
         "`transmittance` + `reflectance` is at most 1 in each channel.",
-        "Pairs of `curve` begin at 0° with a transmittance above 0, angles ascend; between pairs it is linear, beyond the last \
-         it falls to 0 at 90°.",
+        "Pairs of `curve` begin at 0° with a transmittance above 0, angles ascend; between pairs it is linear, \
+         beyond the last it falls to 0 at 90°.",
     ],
     example: "",
 };

@@ -39,8 +39,8 @@ static ROTATE_Z: Key<Number> = Key::optional(
 
 pub(super) static MESH: Table = Table {
     head: "[[mesh]]",
-    about: "A mesh in an OBJ file, in world coordinates after `up`, `unit`, `rotate_z` and `translate`, applied in this \
-            order. A scene may have several, or none: then nothing reflects or blocks light.",
+    about: "A mesh in an OBJ file, in world coordinates after `up`, `unit`, `rotate_z` and `translate`, applied in \
+            this order. A scene may have several, or none: then nothing reflects or blocks light.",
     keys: &[&FILE, &UNIT, &UP, &TRANSLATE, &ROTATE_Z],
     rules: &["The file lies in the folder of the scene file or below it, or in a folder given with `--include`."],
     example: "\

@@ -24,7 +24,8 @@ pub(super) static OPENING: Key<Several<Shape>> = Key::optional(
     "opening",
     Several { unit: "m", forms: FORM, tables: &[&FORMS], read },
     "that of the photometric file, else a point",
-    "Form and size of what the light leaves from; the first size lies along C0, the second along C90, heights along `aim`.",
+    "Form and size of what the light leaves from; the first size lies along C0, the second along C90, heights along \
+         `aim`.",
 );
 
 const FORM: &str = "\"point\", { rectangle = [a, b] }, { disc = diameter }, { ellipse = [a, b] }, \

@@ -53,9 +53,9 @@ static TASK: Key<Sections> = Key::optional(
 
 pub(super) static PLANE: Table = Table {
     head: "[[plane]]",
-    about: "A rectangle of grid points where illuminance is computed. The side is measured towards which `along` × `across` \
-            points: along = +x and across = +y measure light from above. Results are written as `NAME.exr`, `NAME.png` and \
-            `NAME.csv`.",
+    about: "A rectangle of grid points where illuminance is computed. The side is measured towards which `along` × \
+            `across` points: along = +x and across = +y measure light from above. Results are written as `NAME.exr`, \
+            `NAME.png` and `NAME.csv`.",
     keys: &[&NAME, &CORNER, &ALONG, &ACROSS, &CELLS, &ON, &MARGIN, &REQUIRED, &TASK],
     rules: &[
         "`along` and `across` are at a right angle.",
@@ -117,8 +117,8 @@ static BACKGROUND: Key<Inner<Band>> = Key::optional(
 
 static TASK_AREA: Table = Table {
     head: "[[plane.task]]",
-    about: "A task area of the `[[plane]]` above it, as EN 12464-1 has it, with the bands around it. Tasks may reach into the \
-            plane's margin, surroundings and backgrounds don't.",
+    about: "A task area of the `[[plane]]` above it, as EN 12464-1 has it, with the bands around it. Tasks may reach \
+            into the plane's margin, surroundings and backgrounds don't.",
     keys: &[&TASK_NAME, &TASK_CORNER, &TASK_SIZE, &TASK_REQUIRED, &SURROUNDING, &BACKGROUND],
     rules: &["The area lies within its plane and holds the centre of a cell."],
     example: "\

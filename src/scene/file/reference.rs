@@ -17,14 +17,15 @@ pub(crate) const CONVENTIONS: &[(&str, &str)] = &[
     ),
     (
         "Axes",
-        "World coordinates [x, y, z] are right-handed, z points up. An OBJ file with `up = \"y\"` is turned: its x stays x, \
-              its −z becomes y, its y becomes z. A direction may have any length above 0.",
+        "World coordinates [x, y, z] are right-handed, z points up. An OBJ file with `up = \"y\"` is turned: its x \
+              stays x, its −z becomes y, its y becomes z. A direction may have any length above 0.",
     ),
     (
         "Azimuth",
         "A luminaire that looks straight down with `rotation = 0` has its plane C0 towards +x and C90 towards +y; \
-                 γ = 0 lies along `aim`. A positive `rotation` turns from C0 towards C90: counter-clockwise seen from above. The \
-                 length of an LM-63 file lies along C0, that of a EULUMDAT file along C90; `luxmap luminaire FILE` draws it.",
+                 γ = 0 lies along `aim`. A positive `rotation` turns from C0 towards C90: counter-clockwise seen \
+                 from above. The length of an LM-63 file lies along C0, that of a EULUMDAT file along C90; `luxmap \
+                 luminaire FILE` draws it.",
     ),
     (
         "Colours and shares",
@@ -33,14 +34,16 @@ pub(crate) const CONVENTIONS: &[(&str, &str)] = &[
     ),
     (
         "Files",
-        "Paths start from the scene file's folder. A file lies there or in a folder below; `--include DIR` allows another.",
+        "Paths start from the scene file's folder. A file lies there or in a folder below; `--include DIR` allows \
+         another.",
     ),
     (
         "Materials that a scene leaves open",
         "For each material of a mesh the first counts that says something: its section \
-        `[material.NAME]`, its MTL file, `--reflectance` of the command line, `[material.\"*\"]`; `[material.NAME]` and an MTL \
-        file may share the work, key by key. The MTL file is looked for as the OBJ file names it, then beside the OBJ by name, \
-        and without `mtllib` the one with the OBJ's stem is taken; docs/FILES.md tells what is made of its lines, and every \
+        `[material.NAME]`, its MTL file, `--reflectance` of the command line, `[material.\"*\"]`; `[material.NAME]` \
+        and an MTL file may share the work, key by key. The MTL file is looked for as the OBJ file names it, then \
+        beside the OBJ by name, and without `mtllib` the one with the OBJ's stem is taken; docs/FILES.md tells what \
+         is made of its lines, and every \
         guess is a warning.",
     ),
 ];

@@ -101,7 +101,8 @@ static GROUPS: Key<Switch> =
 
 pub(super) static RENDER: Table = Table {
     head: "[render]",
-    about: "Options of `luxmap render` for this scene. The command line wins over them; `luxmap render --help` tells more.",
+    about: "Options of `luxmap render` for this scene. The command line wins over them; `luxmap render --help` \
+         tells more.",
     keys: &[
         &METHOD, &PHOTONS, &RAYS, &SMOOTH, &NEAREST, &RADIUS, &ERROR, &TIME, &PASSES, &MEMORY, &TREE, &SEED, &GROUPS,
     ],

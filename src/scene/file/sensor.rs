@@ -85,7 +85,8 @@ pub(super) static SENSOR: Table = Table {
     about: "A point where illuminance is measured as by a meter. Results are lines of `sensors.csv`.",
     keys: &[&NAME, &POSITION, &NORMAL, &MEASURE, &FACING, &TARGET, &TOLERANCE, &DAYLIGHT, &DISC, &ARRAY],
     rules: &[
-        "`facing` goes with `measure = \"semicylindrical\"` only, `disc` with `\"plane\"` only; `\"spherical\"` has no `normal`.",
+        "`facing` goes with `measure = \"semicylindrical\"` only, `disc` with `\"plane\"` only; `\"spherical\"` has \
+         no `normal`.",
         "`tolerance` needs a `target`.",
         "No two sensors have the same name, members of arrays included; arrays make at most 100,000.",
     ],

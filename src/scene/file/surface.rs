@@ -36,8 +36,8 @@ static SPACING: Key<Number> = Key::optional(
 
 pub(super) static SURFACE: Table = Table {
     head: "[[surface]]",
-    about: "Faces of the mesh that are measured themselves, whatever their form: walls, ceilings, desk tops. Results are written \
-            as `NAME.csv` and `NAME.ply`.",
+    about: "Faces of the mesh that are measured themselves, whatever their form: walls, ceilings, desk tops. Results \
+            are written as `NAME.csv` and `NAME.ply`.",
     keys: &[&NAME, &MATERIAL, &GROUP, &SIDE, &SPACING],
     rules: &[
         "Give `material`, `group` or both: with both, faces of that material in that group.",

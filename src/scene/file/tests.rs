@@ -17,7 +17,8 @@ fn parse(example: &str) -> SceneFile {
     SceneFile::parse(Path::new("scene.toml"), &text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// The parser can't ask for a key that is in no table: a section asserts it. Here: no table has a key that it doesn't ask for.
+/// The parser can't ask for a key that is in no table: a section asserts it. Here: no table has a key that it doesn't
+/// ask for.
 #[test]
 fn every_example_parses_and_every_key_is_asked_for() {
     asked::all(); // what other tests of this thread left
