@@ -12,7 +12,6 @@ use crate::options::{Method, Options};
 use crate::photon_map::Tree;
 use crate::progress::Progress;
 use crate::render::plan::Plan;
-use crate::render::settings::of_scene;
 use crate::render::{Keeping, MOST_CELLS, Settings, Stop, Team, memory, recipe, render_in_bands};
 use crate::results::met::sigmas;
 use crate::results::{Results, Verdict};
@@ -300,7 +299,7 @@ impl<'a> Job<'a> {
 
     /// The options of all layers.
     fn chosen(&self) -> Options {
-        let mut file = of_scene(&self.scene);
+        let mut file = self.scene.render.clone();
         if self.endless {
             (file.passes, file.error, file.time) = (None, None, None);
         }

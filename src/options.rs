@@ -155,8 +155,11 @@ const RUNS: &[Command] = &[Command::Render, Command::Influence, Command::Dim];
 const RUNS_AND_CONVERGE: &[Command] = &[Command::Render, Command::Influence, Command::Dim, Command::Converge];
 const MOST: u64 = u32::MAX as u64;
 
+/// So many options, the first of [`TABLE`], may stand in `[render]` of a scene file.
+pub const IN_SCENES: usize = 13;
+
 /// Every option, in the order of the help.
-pub const TABLE: [RunOption; 15] = [
+pub static TABLE: [RunOption; 15] = [
     RunOption {
         name: "method",
         placeholder: "METHOD",
@@ -226,7 +229,7 @@ pub const TABLE: [RunOption; 15] = [
         kind: Kind::Amount { units: "percent", unit: "%" },
         help: "Stop when the standard error of every map is at most this, % of its mean, or that of every image where \
                there are only cameras",
-        default: "1, images 5, unless --passes or --time is given; seed: one pass",
+        default: "1, images 5, unless `passes` or `time` is given; seed: one pass",
         methods: EVERY,
         commands: RUNS,
         in_recipe: false,
@@ -252,16 +255,6 @@ pub const TABLE: [RunOption; 15] = [
         in_recipe: false,
     },
     RunOption {
-        name: "first-pass",
-        placeholder: "N",
-        kind: Kind::Count { least: 0, most: MOST },
-        help: "Number of the first pass, so that runs of different passes can be merged",
-        default: "0",
-        methods: EVERY,
-        commands: &[Command::Render],
-        in_recipe: false,
-    },
-    RunOption {
         name: "tree",
         placeholder: "TREE",
         kind: Kind::Word(&["kd", "kiddo", "paper", "brute"]),
@@ -279,16 +272,6 @@ pub const TABLE: [RunOption; 15] = [
         default: "0",
         methods: EVERY,
         commands: RUNS_AND_CONVERGE,
-        in_recipe: false,
-    },
-    RunOption {
-        name: "threads",
-        placeholder: "N",
-        kind: Kind::Count { least: 1, most: 1024 },
-        help: "Threads",
-        default: "all",
-        methods: EVERY,
-        commands: &[Command::Render, Command::Influence, Command::Dim, Command::Converge, Command::Merge],
         in_recipe: false,
     },
     RunOption {
@@ -311,6 +294,26 @@ pub const TABLE: [RunOption; 15] = [
         methods: &[Method::Gather, Method::Split, Method::Path, Method::Photons],
         commands: &[Command::Render],
         in_recipe: true,
+    },
+    RunOption {
+        name: "first-pass",
+        placeholder: "N",
+        kind: Kind::Count { least: 0, most: MOST },
+        help: "Number of the first pass, so that runs of different passes can be merged",
+        default: "0",
+        methods: EVERY,
+        commands: &[Command::Render],
+        in_recipe: false,
+    },
+    RunOption {
+        name: "threads",
+        placeholder: "N",
+        kind: Kind::Count { least: 1, most: 1024 },
+        help: "Threads",
+        default: "all",
+        methods: EVERY,
+        commands: &[Command::Render, Command::Influence, Command::Dim, Command::Converge, Command::Merge],
+        in_recipe: false,
     },
 ];
 

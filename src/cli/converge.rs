@@ -10,7 +10,6 @@ use crate::files::Claim;
 use crate::job::{choose_planes, pool};
 use crate::options::{Method, Options};
 use crate::photon_map::Tree;
-use crate::render::settings::of_scene;
 use crate::scene::Scene;
 use crate::study::convergence::report;
 use crate::study::convergence::{Common, Study, ladder, reference};
@@ -113,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 /// What the scene file sets holds for every run.
 fn common(arguments: &Arguments, scene: &Scene) -> Common {
     let Options { radius, tree, seed, .. } =
-        Options { seed: arguments.seed, ..Options::default() }.over(of_scene(scene));
+        Options { seed: arguments.seed, ..Options::default() }.over(scene.render.clone());
     Common { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
 }
 

@@ -6,6 +6,7 @@ mod common;
 mod control;
 mod converge;
 mod dim;
+mod help;
 mod influence;
 mod luminaire;
 mod merge;
@@ -29,7 +30,7 @@ use crate::scene::{Dimming, LoadOptions, Scene};
 
 /// How bright is a room: photon-mapped illuminance in lux.
 #[derive(Parser)]
-#[command(version, about, max_term_width = 110)]
+#[command(version, about, max_term_width = help::WIDEST, disable_help_subcommand = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -49,6 +50,7 @@ enum Command {
     Control(control::Arguments),
     Dim(dim::Arguments),
     Check(check::Arguments),
+    Help(help::Arguments),
 }
 
 /// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves open.
@@ -151,6 +153,7 @@ pub fn main() -> ExitCode {
         Command::Control(arguments) => control::run(&arguments),
         Command::Dim(arguments) => dim::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Help(arguments) => help::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -10,7 +10,6 @@ use crate::options::{Command, Method};
 use crate::render::Settings;
 use crate::render::memory::{Memory, fit};
 use crate::render::plan::Plan;
-use crate::render::settings::of_scene;
 use crate::report::inventory;
 use crate::scene::inventory::Inventory;
 use crate::text::number;
@@ -45,7 +44,7 @@ impl Taker for Taken {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let mut scene = arguments.include.load(&arguments.scene)?;
     choose_planes(&mut scene, &arguments.planes)?;
-    let options = arguments.options.given().clone().over(of_scene(&scene));
+    let options = arguments.options.given().clone().over(scene.render.clone());
     let method = options.method.unwrap_or(Method::Gather);
     let plan = Plan::new(&scene, method);
     let points: usize = scene.planes.iter().map(|plane| plane.len()).sum();

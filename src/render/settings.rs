@@ -101,20 +101,3 @@ pub const PIXEL_RAYS: u32 = 4;
 /// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
 /// only; where maps or sensors end the run, an image that has it takes no more rays.
 pub const IMAGE_ERROR: f64 = 5.0;
-
-/// What a scene file asks for.
-pub(crate) fn of_scene(scene: &Scene) -> Options {
-    let file = &scene.render;
-    let tree = |name: &String| Tree::ALL.into_iter().find(|(known, _)| known == name).map(|(_, tree)| tree);
-    Options {
-        method: file.method.as_deref().and_then(Method::named),
-        photons: file.photons,
-        nearest: file.nearest,
-        radius: file.radius,
-        passes: file.passes.and_then(NonZeroU32::new),
-        tree: file.tree.as_ref().and_then(tree),
-        seed: file.seed,
-        groups: file.groups,
-        ..Options::default()
-    }
-}

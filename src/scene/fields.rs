@@ -113,17 +113,6 @@ impl<'a> Fields<'a> {
         Ok(Self { source, section, at, table })
     }
 
-    /// A section within this one.
-    pub(crate) fn within(
-        &self,
-        section: &str,
-        at: Location,
-        table: &'a DeTable<'a>,
-        known: &[&str],
-    ) -> Result<Self, InputError> {
-        Self::new(self.source, section, at, table, known)
-    }
-
     fn get(&self, key: &str) -> Option<(&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>)> {
         self.table.get_key_value(key)
     }
@@ -137,6 +126,16 @@ impl<'a> Fields<'a> {
     /// Refuses a section that lacks `key`.
     pub(crate) fn missing(&self, key: &str, example: &str) -> InputError {
         InputError::new(self.at.clone(), format!("{} without {key}", self.section), format!("{key} = {example}"))
+    }
+
+    /// The file it stands in.
+    pub(crate) fn source(&self) -> &'a Source {
+        self.source
+    }
+
+    /// Line of the value of `key`.
+    pub(crate) fn place(&self, key: &str) -> Option<Location> {
+        self.get(key).map(|(_, value)| self.source.at(&value.span()))
     }
 
     /// Its name, as the user writes it.
@@ -292,11 +291,6 @@ impl<'a> Fields<'a> {
         }
         // Divide first: the squares of lengths near 1e-9 and 1e9 are safe, but the rounding of tiny ones is not.
         Ok(Some(Placed { value: (DVec3::from(value) / longest).normalize(), at }))
-    }
-
-    /// One number for all channels or [r, g, b], each from 0 to 1.
-    pub(crate) fn channels(&self, key: &str, expected: &str) -> Result<Option<Placed<[f64; 3]>>, InputError> {
-        self.channels_within(key, expected, |n| (0.0..=1.0).contains(&n))
     }
 
     /// One finite number for all channels or [r, g, b], each one such that `accept` holds.

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::assemble::{Reader, path_hint};
 use super::fields::Placed;
 use super::file::{LuminaireSection, SceneFile, Shape, Spread};
 use super::fixture::{Lamp, LampSpread};
+use super::read::{Reader, path_hint};
 use crate::error::{InputError, Location};
 use crate::files::limits::LARGEST_GLDF;
 use crate::geometry::body::Solid;

@@ -8,13 +8,13 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::assemble::{OUTSIDE, Reader, Sections};
 use super::fallback::ALL;
 use super::fields::{Placed, closest, section};
 use super::file::MaterialSection;
 use super::lines::{text, without_comment};
 use super::mtl::{self, MtlMaterial};
 use super::obj::Obj;
+use super::read::{OUTSIDE, Reader, Sections};
 use crate::error::{InputError, Location};
 use crate::files::limits::LARGEST_MTL;
 use crate::text::listed;

@@ -4,9 +4,6 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::fields::Fields;
-use crate::error::InputError;
-
 /// What the illuminance of a sensor is the mean over. With L the luminance, ω the direction it comes from, ε its angle to
 /// the axis, and α its azimuth from the facing direction, each is E = ∫ L K dω with ∫ K dω = π: under a sky of even
 /// luminance all read π L.
@@ -53,38 +50,6 @@ impl Measure {
             Self::Spherical => 0.25,
         }
     }
-}
-
-/// The words `measure` and `facing` of a sensor, and its normal or axis.
-pub(crate) fn measure(fields: &Fields) -> Result<(Measure, DVec3), InputError> {
-    const WORDS: [&str; 5] = ["plane", "cylindrical", "semicylindrical", "hemispherical", "spherical"];
-    let word = fields.word("measure", &WORDS)?.map_or("plane".to_owned(), |word| word.value);
-    let normal = fields.direction("normal")?;
-    let facing = fields.direction("facing")?;
-    if facing.is_some() && word != "semicylindrical" {
-        return Err(fields.refusal("facing", "facing beside measure = \"semicylindrical\" only"));
-    }
-    let axis = normal.as_ref().map_or(DVec3::Z, |normal| normal.value);
-    Ok(match word.as_str() {
-        "cylindrical" => (Measure::Cylindrical, axis),
-        "semicylindrical" => {
-            let facing = facing.ok_or_else(|| fields.missing("facing", "[1, 0, 0]"))?.value;
-            if facing.dot(axis).abs() > 1e-6 {
-                let error = fields.refusal("facing", "a direction at a right angle to the axis");
-                let angle = facing.angle_between(axis).to_degrees();
-                return Err(error.hint(format!("the axis is normal, [0, 0, 1] if not given; the angle is {angle:.4}°")));
-            }
-            (Measure::Semicylindrical { facing }, axis)
-        }
-        "hemispherical" => (Measure::Hemispherical, axis),
-        "spherical" => {
-            if normal.is_some() {
-                return Err(fields.refusal("normal", "no normal beside measure = \"spherical\""));
-            }
-            (Measure::Spherical, axis)
-        }
-        _ => (Measure::Plane, normal.ok_or_else(|| fields.missing("normal", "[0, 0, 1]"))?.value),
-    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::fields::{Fields, Placed, closest};
+use super::fields::{Placed, closest};
 use crate::error::{InputError, Location};
 use crate::geometry::Mesh;
 use crate::geometry::mesh::Bounds;
@@ -167,32 +167,12 @@ impl MeasuredSurface {
 /// A `[[surface]]`.
 pub(crate) struct SurfaceSection {
     pub(crate) name: String,
-    at: Location,
+    pub(crate) at: Location,
     pub(crate) material: Option<Placed<String>>,
     pub(crate) group: Option<Placed<String>>,
-    back: bool,
-    spacing: Option<Placed<f64>>,
+    pub(crate) back: bool,
+    pub(crate) spacing: Option<Placed<f64>>,
 }
-
-/// Reads a `[[surface]]`; `name` is its name, checked already.
-pub(crate) fn section(fields: &Fields, name: String) -> Result<SurfaceSection, InputError> {
-    let (material, group) = (fields.name("material")?, fields.name("group")?);
-    if material.is_none() && group.is_none() {
-        let error = fields.missing("material or group", "\"desk\"");
-        return Err(error.hint("the faces of a material, of a group or object (g or o) of the OBJ file, or of both"));
-    }
-    Ok(SurfaceSection {
-        name,
-        at: fields.at.clone(),
-        material,
-        group,
-        back: fields.word("side", &["front", "back"])?.is_some_and(|side| side.value == "back"),
-        spacing: fields.number("spacing", "a number above 0, m", |n| n > 0.0)?,
-    })
-}
-
-/// The keys of a `[[surface]]`.
-pub(crate) const KNOWN: [&str; 5] = ["name", "material", "group", "side", "spacing"];
 
 /// Every group that some surface asks for.
 pub(crate) fn groups_asked(sections: &[SurfaceSection]) -> BTreeSet<String> {

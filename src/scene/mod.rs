@@ -28,7 +28,9 @@ pub mod measured;
 mod mtl;
 pub mod near;
 mod obj;
+mod parts;
 mod placed;
+mod read;
 mod surface;
 mod texture;
 
@@ -39,11 +41,11 @@ use glam::DVec3;
 
 use crate::geometry::Mesh;
 use crate::luminaire::Luminaire;
+use crate::options::Options;
 pub use areas::Areas;
 pub use assemble::{Dimming, LoadOptions};
 pub use builder::{Lamp, Reflectance, SceneBuilder};
 pub use camera::Camera;
-pub use file::RenderDefaults;
 pub use glazing::Glazing;
 pub use inventory::{MeshPart, Origin};
 pub use levels::Levels;
@@ -89,7 +91,7 @@ pub struct Scene {
     /// none: illuminance of the new installation.
     pub maintenance_factor: Option<[f64; 2]>,
     /// Options of `render` that the file sets.
-    pub render: RenderDefaults,
+    pub render: Options,
     /// What was dropped or looks wrong, in words.
     pub warnings: Vec<String>,
 }

@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::Near;
-use super::assemble::{PlacedMesh, plane_corners};
+use super::assemble::plane_corners;
 use super::file::SceneFile;
 use super::fixture::Fixture;
 use super::measured::SurfaceSection;
 use super::near::{self, Triangles};
+use super::read::PlacedMesh;
 use super::surface::Surface;
 use crate::geometry::mesh::Bounds;
 

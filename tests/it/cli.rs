@@ -196,6 +196,70 @@ fn the_scene_file_chooses_like_the_command_line() {
     }
 }
 
+/// `[render]` is what the command line would be, to the bit.
+#[test]
+fn options_of_the_scene_file_count_as_those_of_the_command_line() {
+    let folder = Folder::new("render-section");
+    let floor = |render: &str, more: &[&str]| {
+        folder.write("scene.toml", &format!("{}[render]\npasses = 1\n{render}", sound()));
+        done(&folder.luxmap(&[&["render", "scene.toml", "-o", "out"], more].concat()));
+        folder.read("out/floor.csv")
+    };
+    let keys = "method = \"path\"\nrays = 16\nsmooth = true\nseed = 7\n";
+    let options = ["--method", "path", "--rays", "16", "--smooth", "on", "--seed", "7"];
+    let found = floor(keys, &[]);
+    assert_eq!(found, floor("", &options));
+    assert_eq!(found, floor("method = \"seed\"\nrays = 9\nsmooth = false\nseed = 1\n", &options));
+    for key in ["rays = 8", "smooth = false", "seed = 8"] {
+        let changed = keys.lines().map(|line| if line[..4] == key[..4] { key } else { line });
+        assert_ne!(found, floor(&changed.map(|line| format!("{line}\n")).collect::<String>(), &[]), "{key}");
+    }
+}
+
+/// One pass of one ray leaves σ far above 2 %, so only what the scene file says ends a run after it.
+#[test]
+fn the_scene_file_says_when_a_run_stops() {
+    let folder = Folder::new("stops");
+    let passes = |limit: &str, more: &[&str]| {
+        let options = "method = \"path\"\nrays = 1\nsmooth = false";
+        folder.write("scene.toml", &format!("{}[render]\n{options}\n{limit}\n", sound()));
+        let output = folder.luxmap(&[&["render", "scene.toml", "-o", "out", "--json"], more].concat());
+        done(&output);
+        let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        summary["passes"].as_u64().expect("a number")
+    };
+    assert!(passes("", &["--error", "2"]) > 1);
+    assert_eq!(passes("error = 1e6", &[]), 1);
+    assert_eq!(passes("time = 1e-6", &[]), 1);
+    assert_eq!(passes("time = 1e-6", &["--time", "1e-6"]), 1);
+    assert!(passes("error = 1e6", &["--error", "2"]) > 1, "the command line wins");
+    folder.write("scene.toml", &format!("{}[render]\nmemory = 1e-6\n", sound()));
+    let message = refused(&folder.luxmap(&["render", "scene.toml", "-o", "out"]));
+    assert!(message.contains("expected at least"), "{message}");
+}
+
+#[test]
+fn help_is_that_of_a_command_or_of_the_scene_file() {
+    let folder = Folder::new("help");
+    let told = |arguments: &[&str]| {
+        let output = folder.luxmap(arguments);
+        done(&output);
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    assert_eq!(told(&["help"]), told(&["--help"]));
+    assert_eq!(told(&["help", "render"]), told(&["render", "--help"]));
+    let scene = told(&["help", "scene"]);
+    for said in ["[[luminaire]]", "maintenance_factor", "Unit: lm.", "counter-clockwise seen from above"] {
+        assert!(scene.contains(said), "{said}");
+    }
+    let widest = scene.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(110), "{widest:?}");
+    let markdown = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/SCENE.md");
+    assert_eq!(told(&["help", "scene", "--markdown"]), fs::read_to_string(markdown).expect("docs/SCENE.md"));
+    assert!(refused(&folder.luxmap(&["help", "rendr"])).contains("render"));
+    assert!(refused(&folder.luxmap(&["help", "render", "--markdown"])).contains("help scene --markdown"));
+}
+
 #[test]
 fn check_asks_whether_the_targets_are_met() {
     let folder = Folder::new("check");

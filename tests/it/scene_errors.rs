@@ -84,6 +84,21 @@ fn a_sound_scene_loads_without_a_word() {
     assert_eq!(says(&format!("{LAMP}{SENSOR}{PLANE}")), "loaded: ");
 }
 
+/// Text in memory is what a file `scene.toml` of its folder would be, hash and messages included.
+#[test]
+fn text_in_memory_is_read_as_a_file() {
+    for toml in [format!("{MESH}{LAMP}{SENSOR}"), format!("{MESH}{LAMP}flow = 3\n{SENSOR}")] {
+        let files = [("scene.toml", toml.as_str()), ("room.obj", OBJ), ("room.mtl", MTL)];
+        let folder = Folder::with(&files.map(|(name, text)| (name, text.as_bytes())));
+        let seen = |scene: Result<Scene, luxmap::error::Error>| {
+            scene.map(|scene| (scene.hash, scene.file, scene.name)).map_err(|error| error.to_string())
+        };
+        let loaded = seen(Scene::load(&folder.0.join("scene.toml")));
+        fs::remove_file(folder.0.join("scene.toml")).unwrap();
+        assert_eq!(seen(Scene::parse(&toml, &folder.0)), loaded);
+    }
+}
+
 #[test]
 fn files_that_can_t_be_read() {
     assert_eq!(
@@ -476,12 +491,38 @@ fn render_options_that_can_t_be() {
         "scene.toml:10: found radius = nan in [render], expected a number above 0, m"
     );
     assert_eq!(
-        render_says("method = \"path\""),
-        "scene.toml:10: found method = \"path\" in [render], expected one of \"split\", \"photons\", \"seed\""
+        render_says("method = \"walk\""),
+        "scene.toml:10: found method = \"walk\" in [render], expected one of \"gather\", \"split\", \"path\", \"photons\", \
+         \"seed\""
     );
     assert_eq!(
         render_says("tree = \"bvh\""),
         "scene.toml:10: found tree = \"bvh\" in [render], expected one of \"kd\", \"kiddo\", \"paper\", \"brute\""
+    );
+}
+
+#[test]
+fn limits_of_a_run_that_can_t_be() {
+    let render_says = |line: &str| says(&format!("{LAMP}{SENSOR}[render]\n{line}\n"));
+    assert_eq!(render_says("error = 0"), "scene.toml:10: found error = 0 in [render], expected a number above 0, %");
+    assert_eq!(render_says("time = -1"), "scene.toml:10: found time = -1 in [render], expected a number above 0, s");
+    assert_eq!(render_says("memory = 0"), "scene.toml:10: found memory = 0 in [render], expected a number above 0, GB");
+    assert_eq!(
+        render_says("rays = 0"),
+        "scene.toml:10: found rays = 0 in [render], expected a whole number from 1 to 65536"
+    );
+    assert_eq!(
+        render_says("smooth = 1"),
+        "scene.toml:10: found smooth = 1 in [render], expected true, false, \"on\" or \"off\""
+    );
+    assert_eq!(
+        render_says("smooth = \"yes\""),
+        "scene.toml:10: found smooth = \"yes\" in [render], expected true, false, \"on\" or \"off\""
+    );
+    assert_eq!(
+        render_says("ray = 3"),
+        "scene.toml:10: found unknown key \"ray\" in [render], expected one of method, photons, rays, smooth, nearest, \
+         radius, error, time, passes, memory, tree, seed, groups; did you mean rays?"
     );
 }
 
