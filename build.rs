@@ -1,5 +1,5 @@
 //! Looks for a private Embree 4, and makes it fit this system if it is a newer system's. Nothing is linked, and a build
-//! without Embree succeeds: luxmap loads it when it runs (`src/embree/load.rs`), among others from where this has found it.
+//! without Embree succeeds: luxmap loads it when it runs (`src/embree/load.rs`), also from where this has found it.
 //!
 //! Looked for in this order: `EMBREE_DIR`, the project's own `.embree/` (made by `scripts/setup.sh`).
 
@@ -9,8 +9,8 @@ mod elf;
 mod folders;
 
 use std::env;
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -72,7 +72,10 @@ fn fitted(library: &Path, folder: &Path) -> io::Result<PathBuf> {
         elf::fit(&mut bytes).ok_or_else(|| io::Error::other("it is no ELF library as expected"))?;
         // Under another name first: a library that a running program has loaded must not change.
         let new = fitted.join(format!("{name}.new"));
-        fs::write(&new, bytes)?;
+        // In small pieces: the system keeps a file as it was written, and a program that loads one written at once has
+        // 16 MB more of it mapped than it uses.
+        let mut file = File::create(&new)?;
+        bytes.chunks(1 << 16).try_for_each(|part| file.write_all(part))?;
         fs::rename(&new, fitted.join(name))?;
     }
     Ok(fitted)

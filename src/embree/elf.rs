@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(fit(&mut after), Some(asked));
         assert_eq!(asked_for(&mut after.clone()), Vec::<&str>::new());
         assert_eq!(after.len(), before.len());
-        // Of a function 20 bytes of its name at most, 1 of its binding, 2 of its version; and 1 of a version not needed.
+        // Of a function 20 bytes of its name at most, 1 of its binding, 2 of its version; 1 of a version that is lost.
         let differ = before.iter().zip(&after).filter(|(before, after)| before != after).count();
         assert!(differ <= asked * (20 + 1 + 2 + 1), "{differ} bytes for {asked} functions");
         assert!(asked == 0 || differ >= 2 * asked, "{differ} bytes for {asked} functions");

@@ -8,9 +8,9 @@
 //! coordinates' size, to the side the ray goes; the ray itself then begins at distance 0.
 //!
 //! Embree's library, release 4.3 or 4.4, is loaded when a `RayCaster` is first built: from the folder that `EMBREE_DIR`
-//! names, if it is set; else from `../lib/luxmap` beside the program (or the shared library that luxmap is part of), from
-//! the program's own folder, from where luxmap's build has found it, or from the system. Nothing is linked: what depends on
-//! luxmap needs nothing to build.
+//! names, if it is set; else from `../lib/luxmap` beside the program (or the shared library that luxmap is part of),
+//! from the program's own folder, from where luxmap's build has found it, or from the system. Nothing is linked: what
+//! depends on luxmap needs nothing to build.
 //!
 //! ```
 //! use std::sync::Arc;
