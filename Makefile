@@ -1,7 +1,7 @@
 # luxmap: `make demo` shows what it does, `make test` whether it is right, `make bench` how fast it is.
 .PHONY: setup build demo test test-mpi test-live bench honesty check check-exr check-blender clean
 
-# Embree 4 and libclang; does nothing once they are there.
+# Embree 4 and a C linker; does nothing once they are there.
 setup:
 	@scripts/setup.sh
 

@@ -84,7 +84,7 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// Embree is missing, of another release than the one built against, or refused.
+    /// Embree is missing, of a release that luxmap does not know, or refused.
     #[error("Embree: {0}")]
     Embree(String),
     /// An option is set to what makes no sense here.

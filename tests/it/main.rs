@@ -15,6 +15,7 @@ mod cli;
 mod control;
 mod converge;
 mod dimming;
+mod embree;
 mod extremes;
 mod faults;
 mod floors;
