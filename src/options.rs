@@ -226,7 +226,7 @@ pub const TABLE: [RunOption; 15] = [
         kind: Kind::Amount { units: "percent", unit: "%" },
         help: "Stop when the standard error of every map is at most this, % of its mean, or that of every image where \
                there are only cameras",
-        default: "1, images 5, unless --passes or --time is given; seed: one pass",
+        default: "1, images 5, unless `passes` or `time` is given; seed: one pass",
         methods: EVERY,
         commands: RUNS,
         in_recipe: false,
@@ -437,7 +437,7 @@ impl Options {
     /// # Errors
     /// Where there is no such option, or it doesn't take this.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), OptionError> {
-        let option = RunOption::named(name).ok_or_else(|| OptionError::Unknown { found: name.to_owned() })?;
+        let option = RunOption::named(name).ok_or_else(|| unknown(name))?;
         self.put(option, option.parse(text)?)
     }
 
@@ -467,7 +467,7 @@ impl Options {
             ("threads", Value::Count(count)) => self.threads = u16::try_from(count).ok(),
             ("memory", Value::Amount(amount)) => self.memory = Some(amount),
             ("groups", Value::Switch(on)) => self.groups = Some(on),
-            _ => return Err(OptionError::Unknown { found: option.name.to_owned() }),
+            _ => return Err(unknown(option.name)),
         }
         Ok(())
     }
@@ -498,10 +498,6 @@ impl Options {
     pub(crate) fn check(&self) -> Result<(), OptionError> {
         for option in &TABLE {
             if let Some(value) = self.get(option).filter(|value| !option.takes(*value)) {
-                // The largest k stands for "no limit" in programs.
-                if option.name == "nearest" && value == Value::Count(usize::MAX as u64) {
-                    continue;
-                }
                 let found = match value {
                     Value::Word(word) => word.to_owned(),
                     Value::Switch(on) => on.to_string(),
@@ -529,6 +525,10 @@ impl Options {
             ..Self::default()
         }
     }
+}
+
+fn unknown(name: &str) -> OptionError {
+    OptionError::Unknown { found: name.to_owned(), known: TABLE.map(|option| option.name).to_vec() }
 }
 
 /// So many seconds, as far as a [`Duration`] goes.

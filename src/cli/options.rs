@@ -84,7 +84,7 @@ fn is_short(most: u64) -> bool {
 
 /// The argument of an option.
 fn argument(option: &RunOption) -> Arg {
-    let argument = Arg::new(option.name).long(option.name).help(option.sentence());
+    let argument = Arg::new(option.name).long(option.name).help(flagged(&option.sentence()));
     match option.kind {
         Kind::Switch => argument.action(ArgAction::SetTrue),
         kind => argument
