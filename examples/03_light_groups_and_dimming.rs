@@ -1,20 +1,22 @@
-//! Two light groups told apart in one run, then the least power that gives a desk 300 lx.
+//! Two light groups told apart in one run, then the least power that gives a desk 200 lx.
 //!
 //! `cargo run --release --example 03_light_groups_and_dimming`
 
 use luxmap::{Error, Goal, Job, Lamp, Scene, SceneBuilder};
 
 fn room() -> Result<Scene, Error> {
-    let floor = [[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [6.0, 3.0, 0.0], [0.0, 3.0, 0.0]];
+    let level = |z: f64| [[0.0, 0.0, z], [6.0, 0.0, z], [6.0, 3.0, z], [0.0, 3.0, z]];
     let lamp = |name: &str, x: f64, group: &str| {
         Lamp::new(name, [x, 1.5, 2.5], 3000.0).rectangle([0.6, 0.6]).power(30.0).group(group)
     };
     SceneBuilder::new("two rows")
-        .mesh(&floor, &[[0, 1, 2], [0, 2, 3]], "floor")
+        .mesh(&level(0.0), &[[0, 1, 2], [0, 2, 3]], "floor")
+        .mesh(&level(2.6), &[[0, 2, 1], [0, 3, 2]], "ceiling")
         .material("floor", 0.5)
+        .material("ceiling", 0.8)
         .luminaire(lamp("west", 1.5, "west"))
         .luminaire(lamp("east", 4.5, "east"))
-        .sensor_with_target("desk", [1.5, 1.0, 0.75], [0.0, 0.0, 1.0], 300.0)
+        .sensor_with_target("desk", [1.5, 1.0, 0.75], [0.0, 0.0, 1.0], 200.0)
         .build()
 }
 
@@ -29,10 +31,10 @@ fn main() -> Result<(), Error> {
     }
 
     let dimmed = job.dim(Goal::LeastPower, 95.0)?;
-    println!("{:.1} {} with all targets met:", dimmed.power, dimmed.influence.power_unit());
+    println!("{:.1} {}, {} targets missed:", dimmed.power, dimmed.influence.power_unit(), dimmed.missed.len());
     for (luminaire, level) in &dimmed.levels.of {
         println!("  {luminaire}: {:.0} %", 100.0 * level);
     }
-    println!("missed: {}, verified by {} renders", dimmed.missed.len(), dimmed.renders);
+    println!("verified by {} renders", dimmed.renders);
     Ok(())
 }
