@@ -110,10 +110,12 @@ pub enum OptionError {
         expected: String,
     },
     /// There is no option of this name.
-    #[error("found an option {found:?}, expected one of the manual")]
+    #[error("found option {found:?}, expected one of {}", known.join(", "))]
     Unknown {
         /// The name.
         found: String,
+        /// Those that there are.
+        known: Vec<&'static str>,
     },
     /// The paper's estimator knows no light groups.
     #[error(

@@ -3,8 +3,8 @@
 //! ```
 //! # std::env::set_current_dir(env!("CARGO_MANIFEST_DIR")).expect("the folder of the crate");
 //! let results = luxmap::Job::load("scenes/box.toml")?.error(5.0).run()?;
-//! results.write("target/doc-box")?;
-//! println!("{:.0} lx on the first plane", results.maps[0].illuminance[0]);
+//! results.write("out/box")?;
+//! println!("{} passes, ± {:.1} %", results.run.passes, 100.0 * results.run.claim);
 //! # Ok::<(), luxmap::Error>(())
 //! ```
 //!

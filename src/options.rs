@@ -440,7 +440,7 @@ impl Options {
     /// # Errors
     /// Where there is no such option, or it doesn't take this.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), OptionError> {
-        let option = RunOption::named(name).ok_or_else(|| OptionError::Unknown { found: name.to_owned() })?;
+        let option = RunOption::named(name).ok_or_else(|| unknown(name))?;
         self.put(option, option.parse(text)?)
     }
 
@@ -470,7 +470,7 @@ impl Options {
             ("threads", Value::Count(count)) => self.threads = u16::try_from(count).ok(),
             ("memory", Value::Amount(amount)) => self.memory = Some(amount),
             ("groups", Value::Switch(on)) => self.groups = Some(on),
-            _ => return Err(OptionError::Unknown { found: option.name.to_owned() }),
+            _ => return Err(unknown(option.name)),
         }
         Ok(())
     }
@@ -501,10 +501,6 @@ impl Options {
     pub(crate) fn check(&self) -> Result<(), OptionError> {
         for option in &TABLE {
             if let Some(value) = self.get(option).filter(|value| !option.takes(*value)) {
-                // The largest k stands for "no limit" in programs.
-                if option.name == "nearest" && value == Value::Count(usize::MAX as u64) {
-                    continue;
-                }
                 let found = match value {
                     Value::Word(word) => word.to_owned(),
                     Value::Switch(on) => on.to_string(),
@@ -532,6 +528,10 @@ impl Options {
             ..Self::default()
         }
     }
+}
+
+fn unknown(name: &str) -> OptionError {
+    OptionError::Unknown { found: name.to_owned(), known: TABLE.map(|option| option.name).to_vec() }
 }
 
 /// So many seconds, as far as a [`Duration`] goes.

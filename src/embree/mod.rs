@@ -17,7 +17,7 @@
 //!
 //! use glam::Vec3;
 //! use luxmap::embree::RayCaster;
-//! use luxmap::scene::Mesh;
+//! use luxmap::geometry::Mesh;
 //!
 //! let floor = Arc::new(Mesh {
 //!     vertices: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],

@@ -6,6 +6,7 @@ use std::process::{Command, Output, Stdio};
 
 use crate::common::files::{done, refused, stderr, stdout};
 use crate::common::room;
+use luxmap::options::{Command as Taker, TABLE, manual};
 use serde_json::Value;
 
 /// A folder of one test, empty at first, with a sound scene in it.
@@ -387,4 +388,83 @@ fn plan_tells_what_a_scene_needs() {
     let free = plan(&format!("{LAMP}{PLANES}"));
     says(&free, "left out passes", "light bounces off nothing");
     assert_eq!(folder.results(), [""; 0], "plan writes nothing");
+}
+
+/// Long options that a command's help lists.
+fn listed_options(folder: &Folder, command: &str) -> Vec<String> {
+    let help = stdout(&folder.luxmap(&[command, "--help"]));
+    let mut names = Vec::new();
+    for line in help.lines().map(str::trim_start).filter(|line| line.starts_with('-')) {
+        let long = line.split([' ', ',', '=']).find_map(|word| word.strip_prefix("--"));
+        names.extend(long.map(str::to_owned));
+    }
+    names
+}
+
+/// Each command lists those options of a run that mean something to it, and no others; the same words for the same option.
+#[test]
+fn each_command_lists_the_options_that_mean_something_to_it() {
+    let folder = Folder::new("options");
+    for (name, command) in Taker::ALL.into_iter().filter(|(_, command)| *command != Taker::Converge) {
+        let listed = listed_options(&folder, name);
+        for option in &TABLE {
+            let (takes, lists) = (option.commands.contains(&command), listed.iter().any(|name| name == option.name));
+            assert_eq!(takes, lists, "luxmap {name} --{}", option.name);
+        }
+    }
+    for command in ["dim", "influence"] {
+        let listed = listed_options(&folder, command);
+        for useless in ["groups", "first-pass", "checkpoint", "live", "check", "dimming"] {
+            assert!(!listed.iter().any(|name| name == useless), "luxmap {command} --{useless}");
+            refused(&folder.luxmap(&[command, "scene.toml", &format!("--{useless}=1")]));
+        }
+    }
+}
+
+/// The command line wins over the scene file, which wins over the defaults.
+#[test]
+fn options_are_layered() {
+    let folder = Folder::new("layers");
+    let seed = |more: &[&str]| {
+        let output = folder.luxmap(&[&["render", "scene.toml", "-o", "out", "-q", "--json"], more].concat());
+        done(&output);
+        let summary: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        summary["seed"].as_u64().unwrap_or_else(|| panic!("a seed in {summary}"))
+    };
+    let quick = "photons = 3000\npasses = 1\n";
+    folder.write("scene.toml", &format!("{}[render]\n{quick}", sound()));
+    assert_eq!((seed(&[]), seed(&["--seed", "7"])), (0, 7));
+    folder.write("scene.toml", &format!("{}[render]\n{quick}seed = 3\n", sound()));
+    assert_eq!((seed(&[]), seed(&["--seed", "7"])), (3, 7));
+}
+
+/// docs/OPTIONS.md is made from the table of options. With LUXMAP_WRITE_DOCS set, this test writes it.
+#[test]
+fn the_manual_lists_the_options() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/OPTIONS.md");
+    if std::env::var_os("LUXMAP_WRITE_DOCS").is_some() {
+        fs::write(&path, manual()).expect("docs is writable");
+    }
+    let text = fs::read_to_string(&path).expect("docs/OPTIONS.md is there");
+    assert!(text == manual(), "docs/OPTIONS.md is out of date: LUXMAP_WRITE_DOCS=1 cargo test --test cli writes it");
+}
+
+/// A message of the library names options as programs do, one of the command as they are typed.
+#[test]
+fn options_are_named_as_they_are_typed() {
+    let folder = Folder::new("named");
+    for (option, value, start) in [
+        ("--memory", "0.001", "luxmap: --memory: found 0.001 GB, expected at least "),
+        ("--plane", "roof", "luxmap: --plane: found \"roof\", expected one of floor, desk"),
+        ("--camera", "roof", "luxmap: --camera: found \"roof\", expected a scene with a [[camera]]"),
+        ("--include", "none", "luxmap: --include: found none, expected a folder"),
+    ] {
+        let message = refused(&folder.render(&[option, value]));
+        assert!(message.starts_with(start), "{message}");
+    }
+    let scene = luxmap::Scene::load(&folder.0.join("scene.toml")).expect("a sound scene");
+    let error = luxmap::Job::new(scene.clone()).memory(0.001).run().expect_err("too little").to_string();
+    assert!(error.starts_with("memory: found 0.001 GB"), "{error}");
+    let error = luxmap::Job::new(scene).error(0.0).run().expect_err("no end").to_string();
+    assert_eq!(error, "error: found 0, expected a number above 0, %");
 }

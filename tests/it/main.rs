@@ -16,6 +16,7 @@ mod control;
 mod converge;
 mod dimming;
 mod embree;
+mod examples;
 mod extremes;
 mod faults;
 mod floors;
