@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     })?;
     drop(bar);
 
-    let written = report::write(&study, &folder)?;
+    let written = crate::study::convergence::write(&study, &folder)?;
     if arguments.json {
         print(&report::json(&study))?;
     } else {

@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let scene = scene.filter(|_| real).map(|scene| scene.name);
     let comparison = Comparison { scene, machine: processor(), cases, figures };
-    let written = results::write(&comparison, &folder)?;
+    let written = crate::study::trees::write(&comparison, &folder)?;
     print(&results::table(&comparison))?;
     let names: Vec<String> = dumped.iter().chain(&written).map(|path| path.display().to_string()).collect();
     print(&format!("wrote {}\n", names.join(", ")))?;

@@ -344,18 +344,13 @@ fn world_bounds(mesh: Option<Bounds>, fixtures: &[Fixture], file: &SceneFile) ->
     let bounds = match mesh {
         Some(mesh) => Bounds::around([mesh.least, mesh.most].into_iter().chain(shining)),
         None => {
-            let planes = file.planes.iter().flat_map(plane_corners);
+            let planes = file.planes.iter().flat_map(MeasuringPlane::corners);
             let sensors = file.sensors.iter().map(|sensor| sensor.position);
             let eyes = file.cameras.iter().map(|camera| camera.eye);
             Bounds::around(shining.chain(planes).chain(sensors).chain(eyes))
         }
     };
     bounds.expect("a scene has a plane, a sensor, a camera, or a mesh that is measured")
-}
-
-pub(super) fn plane_corners(plane: &MeasuringPlane) -> [DVec3; 4] {
-    let MeasuringPlane { corner, along, across, .. } = *plane;
-    [corner, corner + along, corner + across, corner + along + across]
 }
 
 /// Planes, sensors and luminaires away from the mesh are allowed, and often a slip of unit or axis.
@@ -372,7 +367,7 @@ fn warn_of_outsiders(mesh: &Bounds, slack: f64, file: &SceneFile, fixtures: &[Fi
             listed(more.iter().copied())
         )),
     };
-    let planes = file.planes.iter().filter(|plane| outside(&plane_corners(plane)));
+    let planes = file.planes.iter().filter(|plane| outside(&plane.corners()));
     warn("plane", planes.map(|plane| plane.name.as_str()).collect());
     let sensors = file.sensors.iter().filter(|sensor| outside(&[sensor.position]));
     warn("sensor", sensors.map(|sensor| sensor.name.as_str()).collect());

@@ -1,8 +1,8 @@
-//! OBJ and MTL files line by line, on their way to `tobj`.
+//! OBJ and MTL files line by line. MTL lines go on to `tobj`.
 //!
-//! `tobj` parses numbers and resolves indices, but names no line in its errors, takes `l 1 2 3` for a triangle, forgets
-//! the name of a material that no MTL defines, and panics on `Kd 0.5` and (where overflow is checked) on `f 1/-9 2/-9 3/-9`.
-//! So it is fed one tidied line at a time, and no more than what a scene needs: where it stops is the line at fault.
+//! `tobj` knows the parameters of materials, but names no line in its errors, forgets the name of a material that no MTL
+//! defines, and panics on `Kd 0.5`. So it is fed one tidied line at a time, and no more than what a scene needs: where it
+//! stops is the line at fault.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};

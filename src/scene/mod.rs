@@ -26,6 +26,7 @@ pub mod material;
 pub mod measure;
 pub mod measured;
 mod mtl;
+mod mtl_files;
 pub mod near;
 mod obj;
 mod parts;
@@ -54,7 +55,7 @@ pub use measure::Measure;
 pub use measured::MeasuredSurface;
 pub use near::Near;
 #[doc(hidden)]
-pub use obj::large::read_obj_both_ways;
+pub use obj::blocks::read_obj_both_ways;
 
 /// A validated scene, ready to be traced.
 #[derive(Clone, Debug)]
@@ -178,6 +179,12 @@ pub struct MeasuringPlane {
 }
 
 impl MeasuringPlane {
+    /// Its corners, m.
+    pub(crate) fn corners(&self) -> [DVec3; 4] {
+        let Self { corner, along, across, .. } = *self;
+        [corner, corner + along, corner + across, corner + along + across]
+    }
+
     /// Unit normal of the measured side.
     pub fn normal(&self) -> DVec3 {
         self.along.cross(self.across).normalize()

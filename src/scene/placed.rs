@@ -2,14 +2,13 @@
 
 use glam::DVec3;
 
-use super::Near;
-use super::assemble::plane_corners;
 use super::file::SceneFile;
 use super::fixture::Fixture;
 use super::measured::SurfaceSection;
 use super::near::{self, Triangles};
 use super::read::PlacedMesh;
 use super::surface::Surface;
+use super::{MeasuringPlane, Near};
 use crate::geometry::mesh::Bounds;
 
 impl PlacedMesh {
@@ -57,7 +56,7 @@ impl PlacedMesh {
 
 /// What is measured with its surroundings, world coordinates; `whole` is the box around everything.
 pub(super) fn surroundings(meshes: &[PlacedMesh], fixtures: &[Fixture], file: &SceneFile, whole: Bounds) -> Near {
-    let planes = file.planes.iter().flat_map(plane_corners);
+    let planes = file.planes.iter().flat_map(MeasuringPlane::corners);
     let sensors = file.sensors.iter().map(|sensor| sensor.position);
     let faces = || {
         let all = meshes.iter().flat_map(|mesh| file.surfaces.iter().map(move |section| (mesh, section)));

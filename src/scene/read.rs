@@ -20,8 +20,8 @@ use super::inventory::Source;
 use super::library::{Library, check_names, unset};
 use super::measured::{self, Groups};
 use super::obj::Obj;
+use super::obj::blocks::CUT;
 use super::obj::foreign::{self, HEAD};
-use super::obj::large::CUT;
 use super::surface::{self, Surface};
 use super::texture;
 use crate::error::{InputError, Location};
@@ -197,7 +197,7 @@ impl Reader {
         let mut hash = self.hash.clone();
         hash.update(length.to_le_bytes());
         let mut source = Hashed { file, hash, bytes: 0 };
-        let obj = Obj::read_large(path, &mut source, length, CUT, section.placement.metres_per_unit, asked);
+        let obj = Obj::read_blocks(path, &mut source, length, CUT, section.placement.metres_per_unit, asked);
         let obj = obj.filter(|_| source.bytes == length);
         if obj.is_some() {
             self.hash = source.hash;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::text::{self, quoted};
-use super::{Choice, Photometry, eulumdat, gldf, ies, tm33};
+use super::{Choice, Photometry, eulumdat, ies, tm33};
 use crate::error::{InputError, Location};
 use crate::files::limits::LARGEST_PHOTOMETRY;
 
@@ -40,14 +40,6 @@ const SIGNS: [(&[u8], &str, &str); 5] = [
     (b"%PDF", "a PDF", ELSEWHERE),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a compound file of Windows programs", ELSEWHERE),
 ];
-
-/// Reads a photometric file of any kind.
-pub(super) fn parse(path: &Path, content: &[u8], choice: &Choice) -> Result<Photometry, InputError> {
-    if content.starts_with(b"PK\x03\x04") || content.starts_with(b"PK\x05\x06") {
-        return gldf::parse(path, content, choice);
-    }
-    parse_plain(path, content, choice)
-}
 
 /// Reads one that holds no other files.
 pub(super) fn parse_plain(path: &Path, content: &[u8], choice: &Choice) -> Result<Photometry, InputError> {

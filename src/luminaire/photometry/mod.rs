@@ -109,7 +109,10 @@ impl Photometry {
     /// # Errors
     /// See [`read`](Self::read); and where what is chosen isn't there.
     pub fn parse_chosen(path: &Path, content: &[u8], choice: &Choice) -> Result<Self, InputError> {
-        formats::parse(path, content, choice)
+        if content.starts_with(b"PK\x03\x04") || content.starts_with(b"PK\x05\x06") {
+            return gldf::parse(path, content, choice);
+        }
+        formats::parse_plain(path, content, choice)
     }
 }
 

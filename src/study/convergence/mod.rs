@@ -8,6 +8,7 @@ mod page;
 pub mod reference;
 pub mod report;
 pub mod verdict;
+mod written;
 
 use crate::error::Error;
 use crate::photon_map::Tree;
@@ -17,6 +18,7 @@ use crate::render::{Settings, Stop, render};
 use crate::results::{IlluminanceMap, Run};
 use crate::scene::Scene;
 pub use reference::Reference;
+pub use written::write;
 
 /// Written references have six significant digits: each value may be off by this part of itself.
 const ROUNDING: f64 = 5e-6;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use super::page::page;
 use crate::error::Error;
 use crate::error::invalid;
 use crate::files;
@@ -41,19 +40,6 @@ const COLUMNS: [&str; 23] = [
     "difference_percent",
     "reference_error_percent",
 ];
-
-/// Writes `convergence.csv` and `report.html` into `folder`, making it where it's missing; each under a temporary name,
-/// then renamed. Returns their paths.
-///
-/// # Errors
-/// [`Error::Write`] where the folder or a file can't be written, and where a figure isn't finite.
-pub fn write(study: &Study, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    make_folder(folder)?;
-    let paths = ["convergence.csv", "report.html"].map(|name| folder.join(name));
-    files::write_whole(&paths[0], &mut |out| write_csv(study, out))?;
-    files::write_whole(&paths[1], &mut |out| out.write_all(page(study).as_bytes()))?;
-    Ok(paths.into())
-}
 
 /// One line for each trial; numbers have six significant digits. `rmse_percent` is `difference_percent` without
 /// `reference_error_percent`, in quadrature.

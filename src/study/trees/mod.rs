@@ -9,6 +9,7 @@ mod doubling;
 mod page;
 pub mod report;
 mod sets;
+mod written;
 
 use std::time::Instant;
 
@@ -21,6 +22,7 @@ pub use contender::Call;
 use contender::{Contender, hold};
 pub use doubling::{Doubling, Figure, Start};
 pub use sets::{Landings, Set, built_in_scene};
+pub use written::write;
 
 /// Trees that can be compared.
 pub const TREES: [Tree; 3] = [Tree::Kd, Tree::Kiddo, Tree::Paper];

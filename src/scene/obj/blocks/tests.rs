@@ -194,3 +194,34 @@ fn faces_of_two_corners_are_left_out() {
         assert_eq!(obj.notes, [note], "{few}");
     }
 }
+
+/// The oracle: `tobj` finds the same places of corners, to the bit, and the same area.
+#[test]
+fn tobj_finds_the_same_mesh() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = ["scenes/seed-office.obj", "scenes/box.obj", "tests/material/tobj/cornell_box.obj"];
+    for file in files.map(|file| root.join(file)) {
+        let bytes = std::fs::read(&file).expect("it is there");
+        let ours = Obj::parse(&file, &bytes, 1.0, &BTreeSet::new()).expect("it is good");
+        let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
+        let (models, _) =
+            tobj::load_obj_buf(&mut &bytes[..], &options, |_| Ok(Default::default())).expect("it is good");
+        let theirs: Vec<DVec3> = models
+            .iter()
+            .flat_map(|model| {
+                let at = |&index: &u32| DVec3::from_slice(&model.mesh.positions[3 * index as usize..][..3]);
+                model.mesh.indices.iter().map(at)
+            })
+            .collect();
+        let ours: Vec<DVec3> = ours.triangles.as_flattened().iter().map(|&i| ours.vertices[i as usize]).collect();
+        let places = |corners: &[DVec3]| -> BTreeSet<[u64; 3]> {
+            corners.iter().map(|corner| corner.to_array().map(f64::to_bits)).collect()
+        };
+        assert_eq!(places(&ours), places(&theirs), "{}", file.display());
+        let area = |corners: &[DVec3]| -> f64 {
+            corners.as_chunks().0.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum()
+        };
+        assert_eq!(ours.len(), theirs.len());
+        assert!((area(&ours) / area(&theirs) - 1.0).abs() < 1e-12, "{}", file.display());
+    }
+}

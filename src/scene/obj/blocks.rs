@@ -1,9 +1,9 @@
-//! Large OBJ files: block by block, lines parsed by all threads, joined in the order of the file.
+//! OBJ files block by block: lines parsed by all threads, joined in the order of the file.
 //!
-//! What comes out is what `tobj` makes of the same file, to the bit: each run of faces of one material has vertices of its
-//! own, in the order in which its faces first name them. Whatever is wrong or unusual ends the reading with `None`, and
-//! [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a vertex number of more
-//! than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with `\r` alone.
+//! Each run of faces of one material has vertices of its own, in the order in which its faces first name them. Whatever is
+//! wrong or unusual ends the reading with `None`; [`Obj::parse`] then finds words for it, or a tidier way to write the file.
+//! Unusual is: a vertex number of more than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with
+//! `\r` alone.
 //!
 //! Three batches of blocks are under way at once: while one is read and hashed, the one before is parsed and the one before
 //! that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one of its
@@ -39,9 +39,8 @@ pub(crate) const CUT: Cut = Cut { block: 1 << 20, blocks: 8 };
 const LONGEST_LINE: usize = 64 << 20;
 
 impl Obj {
-    /// Reads a large OBJ file of `length` bytes from `source`, as [`Obj::parse`] would; `None` if that must do it, for good or
-    /// ill.
-    pub(crate) fn read_large(
+    /// Reads an OBJ file of `length` bytes from `source`; `None` if something is wrong with it, or unusual.
+    pub(crate) fn read_blocks(
         path: &Path,
         mut source: impl Read + Send,
         length: u64,
@@ -420,7 +419,7 @@ impl<'a> Joined<'a> {
         let mut face = 0;
         loop {
             while let Some(order) = orders.next_if(|order| order.faces == face) {
-                self.obey(order, face);
+                self.take(order, face);
             }
             let end = orders.peek().map_or(block.faces.len(), |order| order.faces);
             if end == face {
@@ -452,7 +451,8 @@ impl<'a> Joined<'a> {
         Some(Faces { arities: block.faces, corners, stretches })
     }
 
-    fn obey(&mut self, order: Order, face: usize) {
+    /// Takes up what a line says of the faces below it; `face` of its block stand above.
+    fn take(&mut self, order: Order, face: usize) {
         let line = self.lines + order.line;
         match order.kind {
             Kind::Material => drop(self.names.material(order.text, line)),
@@ -492,8 +492,8 @@ impl Faces {
     }
 }
 
-/// Reads a text in both ways, the large one cut in several ways: how many triangles it has, or why it is refused, and whether
-/// the large reader took it. For tests and fuzz targets.
+/// Reads a text as it is, cut in several ways, and tidied: how many triangles it has, or why it is refused, and whether it was
+/// read as it is. For tests and fuzz targets.
 ///
 /// # Panics
 /// Where the readers don't agree.
@@ -515,26 +515,27 @@ pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     };
     let path = Path::new("mesh.obj");
     let asked = ASKED.map(str::to_owned).into();
-    let usual = Obj::parse(path, text, 0.5, &asked);
+    let tidied = foreign::refuse(path, text, text.len() as u64, "an OBJ file");
+    let tidied = tidied.and_then(|()| Obj::parse_tidied(path, text, 0.5, &asked));
     let cuts: &[_] = if text.len() < 4096 { &[(1, 1), (7, 3), (64, 2), (1 << 20, 1)] } else { &[(1000, 3)] };
     let taken = cuts.iter().map(|&(block, blocks)| {
-        let large = Obj::read_large(path, text, text.len() as u64, Cut { block, blocks }, 0.5, &asked);
-        if let Some(large) = &large {
-            let usual = usual.as_ref().expect("only a good file is taken");
-            assert!(told(large) == told(usual), "the readers differ on {}", String::from_utf8_lossy(text));
+        let read = Obj::read_blocks(path, text, text.len() as u64, Cut { block, blocks }, 0.5, &asked);
+        if let Some(read) = &read {
+            let tidied = tidied.as_ref().expect("only a good file is taken");
+            assert!(told(read) == told(tidied), "the readers differ on {}", String::from_utf8_lossy(text));
         }
-        large.is_some()
+        read.is_some()
     });
     let taken: Vec<bool> = taken.collect();
     assert!(taken.iter().all(|&now| now == taken[0]), "how a file is cut makes no difference");
-    if let Ok(obj) = &usual {
+    if let Ok(obj) = &tidied {
         let corners = obj.triangles.as_flattened();
         assert!(
             corners.iter().all(|&corner| (corner as usize) < obj.vertices.len())
                 && obj.vertices.iter().all(|v| v.is_finite())
         );
     }
-    (usual.map(|obj| obj.triangles.len()), taken[0])
+    (tidied.map(|obj| obj.triangles.len()), taken[0])
 }
 
 #[cfg(test)]
