@@ -324,7 +324,7 @@ mod tests {
         let toml = "name = 'yard \"1\"'\n[[mesh]]\nfile = \"yard.obj\"\n[material.wall]\nreflectance = 0.5\n[[luminaire]]\n\
                     name = \"L\"\nposition = [2, 1.5, 2.4]\nopening = { rectangle = [0.6, 0.6] }\nflux = 3000\ngroup = \"a\"\n\
                     [[plane]]\nname = \"floor\"\ncorner = [0, 0, 0]\nalong = [4, 0, 0]\nacross = [0, 3, 0]\ncells = [4, 3]\n\
-                    [[sensor]]\nname = \"desk\"\nposition = [1, 1, 0.8]\ntarget = 300\n";
+                    [[sensor]]\nname = \"desk\"\nposition = [1, 1, 0.8]\nnormal = [0, 0, 1]\ntarget = 300\n";
         std::fs::write(folder.join("yard.toml"), toml).expect("a scene");
         let read = Scene::load(&folder.join("yard.toml")).unwrap_or_else(|error| panic!("{error}"));
         let made = yard().build().unwrap_or_else(|error| panic!("{error}"));
