@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Once;
 
-/// A program of `examples/`. All are built first: `cargo test --test examples` alone builds none, and does nothing where
-/// `cargo test` has built them.
+/// A program of `examples/`. All are built first: `cargo test --test examples` alone builds none, and does nothing
+/// where `cargo test` has built them.
 fn example(name: &str) -> PathBuf {
     static BUILT: Once = Once::new();
     let folder = Path::new(env!("CARGO_BIN_EXE_luxmap")).parent().expect("a folder");

@@ -194,7 +194,8 @@ impl<const C: usize> Rendering<'_, C> {
         let floor = worst_of(places, Cell::of_direct);
         if floor > target {
             self.warnings.push(format!(
-                "`error` {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
+                "`error` {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do \
+                 not mend it",
                 100.0 * floor,
             ));
             return true;
