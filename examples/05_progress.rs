@@ -1,4 +1,5 @@
-//! Convergence as it happens: a run that tells how far it has come, and one without an end that a program ends when it likes.
+//! Convergence as it happens: a run that tells how far it has come, and one without an end that a program ends when it
+//! likes.
 //!
 //! `cargo run --release --example 05_progress`
 

@@ -124,8 +124,8 @@ pub enum OptionError {
     GroupsOfSeed,
     /// Photons that are counted about bodies know no light groups.
     #[error(
-        "groups: found sensor {sensor} ({measure}) where photons are counted, expected method gather or path and no mirror \
-         or glass, or measure = \"plane\""
+        "groups: found sensor {sensor} ({measure}) where photons are counted, expected method gather or path and no \
+         mirror or glass, or measure = \"plane\""
     )]
     GroupsOnBody {
         /// The sensor.

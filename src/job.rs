@@ -28,8 +28,8 @@ const LEAST_PASSES: u32 = 4;
 /// # Ok::<(), luxmap::Error>(())
 /// ```
 ///
-/// What is set here wins over `[render]` of the scene file, which wins over the defaults. The same scene and settings give the
-/// same bits for the same seed, for any number of threads, unless a time limit ends the run.
+/// What is set here wins over `[render]` of the scene file, which wins over the defaults. The same scene and settings
+/// give the same bits for the same seed, for any number of threads, unless a time limit ends the run.
 #[derive(Clone)]
 #[must_use = "a job does nothing until it is run"]
 pub struct Job<'a> {
@@ -149,7 +149,8 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// When to stop, in place of what was said of error, passes and time before; also in place of the scene file's passes.
+    /// When to stop, in place of what was said of error, passes and time before; also in place of the scene file's
+    /// passes.
     pub fn stop(mut self, stop: Stop) -> Self {
         self.options.passes = stop.passes().and_then(NonZeroU32::new);
         self.options.error = stop.error();
@@ -217,8 +218,8 @@ impl<'a> Job<'a> {
         Ok(self)
     }
 
-    /// Luminaires at other levels than the scene has them. A scene file is read again; of a scene made in memory, luminaires that
-    /// are off stay off.
+    /// Luminaires at other levels than the scene has them. A scene file is read again; of a scene made in memory,
+    /// luminaires that are off stay off.
     ///
     /// # Errors
     /// As [`Scene::load_as`]; where a level is given to a luminaire that the scene doesn't have.
@@ -266,8 +267,8 @@ impl<'a> Job<'a> {
         Ok((Influence::of(&planned.scene, groups, &results), results))
     }
 
-    /// Finds levels that serve every sensor's target with so much confidence, %, from 50 to 99.9999; and verifies them by
-    /// renders, six at most, each with a seed of its own.
+    /// Finds levels that serve every sensor's target with so much confidence, %, from 50 to 99.9999; and verifies them
+    /// by renders, six at most, each with a seed of its own.
     ///
     /// # Errors
     /// As [`Job::influence`]; also where no sensor has a target.

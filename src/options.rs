@@ -216,8 +216,8 @@ pub static TABLE: [RunOption; 15] = [
         name: "smooth",
         placeholder: "ON",
         kind: Kind::OnOff,
-        help: "Whether neighbouring grid points help each other to what rays found, on or off; off, path has no bias at \
-               all",
+        help: "Whether neighbouring grid points help each other to what rays found, on or off; off, path has no bias \
+               at all",
         default: "on for gather, off for path",
         methods: BY_RAYS,
         commands: RUNS,
@@ -278,8 +278,8 @@ pub static TABLE: [RunOption; 15] = [
         name: "memory",
         placeholder: "GB",
         kind: Kind::Amount { units: "gigabytes", unit: "GB" },
-        help: "Take no more memory than this: large planes are computed in bands, and with methods that store photons a \
-               pass has fewer",
+        help: "Take no more memory than this: large planes are computed in bands, and with methods that store photons \
+               a pass has fewer",
         default: "planes of more than 4 million cells in bands",
         methods: EVERY,
         commands: &[Command::Render, Command::Influence, Command::Dim, Command::Plan],
@@ -543,8 +543,8 @@ fn seconds(amount: f64) -> Duration {
 pub fn manual() -> String {
     let mut text = String::from(
         "# Options of a run\n\n\
-         Made from the table in `src/options.rs`; a test compares. The command line wins over `[render]` of the scene file, \
-         which wins over the defaults. In a program they are the fields of `luxmap::Options`.\n\n\
+         Made from the table in `src/options.rs`; a test compares. The command line wins over `[render]` of the scene \
+         file, which wins over the defaults. In a program they are the fields of `luxmap::Options`.\n\n\
          | option | value | what it does | default | methods | commands |\n|---|---|---|---|---|---|\n",
     );
     for option in &TABLE {
@@ -563,7 +563,8 @@ pub fn manual() -> String {
             commands.join(", "),
         );
     }
-    text += "\n`luxmap batch` takes those of render. `luxmap converge` takes `--methods`, and lists of photons, k and passes.\n";
+    text += "\n`luxmap batch` takes those of render. `luxmap converge` takes `--methods`, and lists of photons, k and \
+             passes.\n";
     text
 }
 

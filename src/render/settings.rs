@@ -14,7 +14,8 @@ pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
     /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`] times.
+    /// [`SENSOR_RAYS`] times as many, a sample of a surface as many as a sensor, a pixel of a camera [`PIXEL_RAYS`]
+    /// times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
@@ -47,8 +48,8 @@ impl Settings {
         Self { photons, groups: plan.groups, ..defaults }
     }
 
-    /// The settings of a run: what was chosen, over the defaults of the plan. Where nobody says when it ends, it ends at a
-    /// standard error of 1 %, or of [`IMAGE_ERROR`] where there are only cameras; `seed` after one pass.
+    /// The settings of a run: what was chosen, over the defaults of the plan. Where nobody says when it ends, it ends
+    /// at a standard error of 1 %, or of [`IMAGE_ERROR`] where there are only cameras; `seed` after one pass.
     pub fn chosen(options: &Options, scene: &Scene, plan: &Plan) -> Self {
         let defaults = Self::for_plan(plan);
         let one = if plan.method == Method::Seed { NonZeroU32::new(1) } else { None };

@@ -122,8 +122,8 @@ impl SceneBuilder {
         self
     }
 
-    /// A rectangle of measuring points: world position of its corner, m; its sides, m, at a right angle; how many points along
-    /// each. What arrives on the side of along × across is measured.
+    /// A rectangle of measuring points: world position of its corner, m; its sides, m, at a right angle; how many
+    /// points along each. What arrives on the side of along × across is measured.
     pub fn plane(
         mut self,
         name: impl Into<String>,
@@ -321,10 +321,30 @@ mod tests {
         std::fs::create_dir_all(&folder).expect("a folder for the test");
         let obj = "usemtl wall\nv 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nf 1 2 3\nf 1 3 4\n";
         std::fs::write(folder.join("yard.obj"), obj).expect("a mesh");
-        let toml = "name = 'yard \"1\"'\n[[mesh]]\nfile = \"yard.obj\"\n[material.wall]\nreflectance = 0.5\n[[luminaire]]\n\
-                    name = \"L\"\nposition = [2, 1.5, 2.4]\nopening = { rectangle = [0.6, 0.6] }\nflux = 3000\ngroup = \"a\"\n\
-                    [[plane]]\nname = \"floor\"\ncorner = [0, 0, 0]\nalong = [4, 0, 0]\nacross = [0, 3, 0]\ncells = [4, 3]\n\
-                    [[sensor]]\nname = \"desk\"\nposition = [1, 1, 0.8]\ntarget = 300\n";
+        let toml = r#"
+            name = 'yard "1"'
+            [[mesh]]
+            file = "yard.obj"
+            [material.wall]
+            reflectance = 0.5
+            [[luminaire]]
+            name = "L"
+            position = [2, 1.5, 2.4]
+            opening = { rectangle = [0.6, 0.6] }
+            flux = 3000
+            group = "a"
+            [[plane]]
+            name = "floor"
+            corner = [0, 0, 0]
+            along = [4, 0, 0]
+            across = [0, 3, 0]
+            cells = [4, 3]
+            [[sensor]]
+            name = "desk"
+            position = [1, 1, 0.8]
+            normal = [0, 0, 1]
+            target = 300
+        "#;
         std::fs::write(folder.join("yard.toml"), toml).expect("a scene");
         let read = Scene::load(&folder.join("yard.toml")).unwrap_or_else(|error| panic!("{error}"));
         let made = yard().build().unwrap_or_else(|error| panic!("{error}"));

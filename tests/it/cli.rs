@@ -273,7 +273,8 @@ fn check_asks_whether_the_targets_are_met() {
     assert!(folder.results().contains(&"sensors.csv".to_owned()));
 }
 
-/// An area that misses what is required of it counts as a sensor does, and its figures are in the table and the summary.
+/// An area that misses what is required of it counts as a sensor does, and its figures are in the table and the
+/// summary.
 #[test]
 fn check_asks_whether_areas_get_what_they_require() {
     let folder = Folder::new("check_areas");
@@ -401,7 +402,8 @@ fn listed_options(folder: &Folder, command: &str) -> Vec<String> {
     names
 }
 
-/// Each command lists those options of a run that mean something to it, and no others; the same words for the same option.
+/// Each command lists those options of a run that mean something to it, and no others; the same words for the same
+/// option.
 #[test]
 fn each_command_lists_the_options_that_mean_something_to_it() {
     let folder = Folder::new("options");

@@ -2,20 +2,23 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Once;
 
-/// A program of `examples/`, which `cargo test` has built; where only this test is run, it is built here.
+/// A program of `examples/`. All are built first: `cargo test --test examples` alone builds none, and does nothing
+/// where `cargo test` has built them.
 fn example(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_BIN_EXE_luxmap")).parent().expect("a folder").join("examples");
-    let program = folder.join(name);
-    if !program.exists() {
+    static BUILT: Once = Once::new();
+    let folder = Path::new(env!("CARGO_BIN_EXE_luxmap")).parent().expect("a folder");
+    BUILT.call_once(|| {
         let mut build = Command::new(env!("CARGO"));
-        build.args(["build", "--examples"]).current_dir(env!("CARGO_MANIFEST_DIR"));
-        if folder.parent().is_some_and(|folder| folder.ends_with("release")) {
+        build.args(["build", "--quiet", "--examples", "--target-dir"]).arg(folder.parent().expect("the target folder"));
+        if folder.ends_with("release") {
             build.arg("--release");
         }
-        assert!(build.status().expect("cargo starts").success(), "the examples can be built");
-    }
-    program
+        let status = build.current_dir(env!("CARGO_MANIFEST_DIR")).status();
+        assert!(status.expect("cargo starts").success(), "the examples can be built");
+    });
+    folder.join("examples").join(name)
 }
 
 /// Runs an example in a folder of its own; returns what it prints.
