@@ -152,7 +152,9 @@ fn no_circle_of_files() {
     // Files that need nothing that is left stand on their own: what can't be taken away is in a circle, or above one.
     while let Some(free) = graph.iter().find(|(_, needs)| needs.is_empty()).map(|(name, _)| name.clone()) {
         graph.remove(&free);
-        graph.values_mut().for_each(|needs| drop(needs.remove(&free)));
+        for needs in graph.values_mut() {
+            needs.remove(&free);
+        }
     }
     // And what nobody left needs is only above one.
     loop {

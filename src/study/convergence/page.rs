@@ -20,7 +20,7 @@ const HUES: usize = 5;
 const SMALL_BIAS: f64 = 0.1;
 
 /// The study as one HTML file that needs nothing else.
-pub fn page(study: &Study) -> String {
+pub(super) fn page(study: &Study) -> String {
     let points = study.points();
     let title = escape(&study.scene);
     let planes: String = (0..study.planes.len()).map(|plane| plane_section(study, &points, plane)).collect();

@@ -1,14 +1,10 @@
 //! What `luxmap converge` leaves behind: `convergence.csv`, `report.html`, a table and JSON.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::error::Error;
 use crate::error::invalid;
-use crate::files;
-use crate::report::make_folder;
 use crate::report::table::columns;
 use crate::study::convergence::verdict::{GOAL, figure, findings, race, ratio};
 use crate::study::convergence::{Point, Seconds, Study, Trial, curves};

@@ -11,7 +11,7 @@ use crate::text::number::{count, duration, round_to};
 const STYLE: [&str; 2] = [include_str!("../convergence/page.css"), include_str!("page.css")];
 
 /// The comparison as one HTML file that needs nothing else.
-pub fn page(comparison: &Comparison) -> String {
+pub(super) fn page(comparison: &Comparison) -> String {
     let cases = &comparison.cases;
     let sets: String = Set::ALL.into_iter().map(|(_, set)| set_section(cases, set)).collect();
     let parts = [

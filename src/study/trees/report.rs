@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use crate::error::Error;
 use crate::files;
 use crate::photon_map::Tree;
+use crate::report::npy;
 use crate::report::table::columns;
-use crate::report::{make_folder, npy};
 use crate::study::trees::{Call, Case, Comparison, Doubling, Entry, Sample, TREES};
 use crate::text::number::{count, round_to};
 
