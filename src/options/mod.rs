@@ -63,6 +63,16 @@ impl Method {
     pub fn splits(self) -> bool {
         matches!(self, Self::Gather | Self::Path | Self::Split)
     }
+
+    /// Whether photons are traced where light bounces.
+    pub fn traces_photons(self) -> bool {
+        self != Self::Path
+    }
+
+    /// Whether light groups can be told apart.
+    pub fn knows_groups(self) -> bool {
+        self != Self::Seed
+    }
 }
 
 /// What someone chose for a run: the command line, a scene file or a program. What is `None` is left to others.

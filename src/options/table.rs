@@ -87,7 +87,8 @@ pub struct RunOption {
     pub methods: &'static [Method],
     /// The commands that take it.
     pub commands: &'static [Command],
-    /// Whether states of runs that differ in it can't be added up: it is part of a checkpoint's [`Recipe`](crate::state::file::Recipe).
+    /// Whether states of runs that differ in it can't be added up: it is part of a checkpoint's
+    /// [`Recipe`](crate::state::file::Recipe).
     pub in_recipe: bool,
 }
 
