@@ -12,14 +12,12 @@ use crate::options::{Method, Options};
 use crate::photon_map::Tree;
 use crate::progress::Progress;
 use crate::render::plan::Plan;
+use crate::render::settings::LEAST_PASSES;
 use crate::render::{Keeping, MOST_CELLS, Settings, Stop, Team, memory, recipe, render_in_bands};
 use crate::results::met::sigmas;
 use crate::results::{Results, Verdict};
 use crate::scene::{Dimming, Levels, LoadOptions, Scene};
 use crate::state::file::Recipe;
-
-/// Passes that a matrix of influence takes at least, where no number is given: its standard errors decide on levels.
-const LEAST_PASSES: u32 = 4;
 
 /// A scene to be computed, and how.
 ///
@@ -351,7 +349,7 @@ impl<'a> Job<'a> {
     /// The same with every luminaire at full output, too, for a matrix of influence.
     pub(crate) fn told_apart(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
         self = self.dimming(Dimming::Full)?;
-        self.least_passes = LEAST_PASSES;
+        self.least_passes = LEAST_PASSES; // standard errors of sensors decide on levels
         let (job, groups) = self.in_groups_of_one();
         Ok((job.planned()?, groups))
     }

@@ -248,101 +248,142 @@ fn event(
     let within = format!("a time from 0 to {end} (the duration), s");
     let at = fields.number("at", &within, |n| (0.0..=end).contains(&n))?;
     let at = at.ok_or_else(|| fields.missing("at", "600 (s)"))?.value;
-    let sensors = influence.sensors.iter().map(|sensor| sensor.name.as_str());
-    let luminaires = influence.luminaires.iter().map(|luminaire| luminaire.name.as_str());
-    let place = |key: &str, names: &mut dyn Iterator<Item = &str>, name: &Option<Placed<String>>| match name {
-        None => Ok(None),
-        Some(name) => {
-            let names: Vec<&str> = names.collect();
-            let found = names.iter().position(|known| *known == name.value);
-            found.map(Some).ok_or_else(|| unknown(key, name, names.iter().copied()))
-        }
-    };
+    let sensors: Vec<&str> = influence.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    let luminaires: Vec<&str> = influence.luminaires.iter().map(|luminaire| luminaire.name.as_str()).collect();
     let (sensor_name, luminaire_name) = (fields.text("sensor")?, fields.text("luminaire")?);
-    let sensor = place("sensor", &mut sensors.clone(), &sensor_name)?;
-    let luminaire = place("luminaire", &mut luminaires.clone(), &luminaire_name)?;
-    if sensor.is_some() && luminaire.is_some() {
-        return Err(fields.refusal("luminaire", "either a sensor or a luminaire; two events for both"));
-    }
-    // What makes no sense without its subject.
-    let of = |keys: &[&str], fits: bool, expected: &str| match keys.iter().find(|key| fields.keys().contains(key)) {
-        Some(key) if !fits => Err(fields.refusal(key, expected)),
-        _ => Ok(()),
-    };
-    of(&["target", "tolerance", "comes", "leaves", "reads"], sensor.is_some(), "it beside sensor = \"…\"")?;
-    of(&["stuck"], luminaire.is_some(), "it beside luminaire = \"…\"")?;
-    of(&["fails"], sensor.is_some() || luminaire.is_some(), "it beside sensor = \"…\" or luminaire = \"…\"")?;
-    of(&["noise", "daylight"], luminaire.is_none(), "it beside sensor = \"…\", or alone for all sensors")?;
+    let sensor = numbered("sensor", &sensors, sensor_name.as_ref())?;
+    let luminaire = numbered("luminaire", &luminaires, luminaire_name.as_ref())?;
+    check_subject(&fields, sensor.is_some(), luminaire.is_some())?;
+    let changes = Changes::read(&fields)?;
 
-    let lux = |key: &str| {
-        let found = fields.number(key, "a number from 0 up, lx", |n| (0.0..=1e6).contains(&n))?;
-        Ok::<_, InputError>(found.map(|found| found.value))
-    };
-    let only_true = |key: &str| match fields.switch(key)? {
-        Some(Placed { value: false, .. }) => Err(fields.refusal(key, "true, or nothing")),
-        found => Ok(found.is_some()),
-    };
-    let (target, tolerance, reads) = (lux("target")?, lux("tolerance")?, lux("reads")?);
-    let (noise, daylight) = (lux("noise")?, lux("daylight")?);
-    let (comes, leaves) = (only_true("comes")?, only_true("leaves")?);
-    let fails = fields.switch("fails")?.map(|fails| fails.value);
-    let stuck = fields.number("stuck", "a level from 0 to 1", |n| (0.0..=1.0).contains(&n))?.map(|level| level.value);
-    if leaves && (comes || target.is_some() || tolerance.is_some()) {
-        return Err(fields.refusal("leaves", "somebody who comes or leaves, not both"));
-    }
-    if tolerance.is_some() && target.is_none() {
-        return Err(fields.refusal("tolerance", "it beside a target"));
-    }
-    if fails.is_some() && (reads.is_some() || stuck.is_some()) {
-        return Err(fields.refusal("fails", "it without reads or stuck, which say how it fails"));
-    }
-
-    let mut acts = Vec::new();
-    let mut words = Vec::new();
-    let mut add = |act: Act, text: String| {
+    let (mut acts, mut words) = (Vec::new(), Vec::new());
+    let of_sensor = sensor.into_iter().flat_map(|sensor| changes.of_sensor(sensor));
+    let of_luminaire = luminaire.and_then(|luminaire| changes.of_luminaire(luminaire));
+    for (act, text) in of_sensor.chain(of_luminaire).chain(changes.of_readings(sensor)) {
         acts.push(act);
         words.push(text);
-    };
-    if let Some(sensor) = sensor {
-        match target {
-            Some(lux) => add(Act::Asks { sensor, target, tolerance }, format!("asks for {} lx", short(lux))),
-            None if comes => add(Act::Asks { sensor, target, tolerance }, "comes".into()),
-            None if leaves => add(Act::Leaves { sensor }, "leaves".into()),
-            None => {}
-        }
-        match (reads, fails) {
-            (Some(lux), _) => add(Act::Reads { sensor, lux }, format!("reads {} lx, whatever there is", short(lux))),
-            (None, Some(true)) => add(Act::Silent { sensor }, "falls silent".into()),
-            (None, Some(false)) => add(Act::SensorMended { sensor }, "works again".into()),
-            (None, None) => {}
-        }
-    }
-    if let Some(luminaire) = luminaire {
-        match (stuck, fails) {
-            (Some(level), _) => {
-                add(Act::Stuck { luminaire, level }, format!("is stuck at {} %", short(100.0 * level)));
-            }
-            (None, Some(true)) => add(Act::Stuck { luminaire, level: 0.0 }, "fails".into()),
-            (None, Some(false)) => add(Act::LuminaireMended { luminaire }, "works again".into()),
-            (None, None) => {}
-        }
-    }
-    if let Some(lux) = noise {
-        add(Act::Noise { sensor, lux }, format!("noise of {} lx", short(lux)));
-    }
-    if let Some(lux) = daylight {
-        add(Act::Daylight { sensor, lux }, format!("daylight of {} lx", short(lux)));
     }
     if acts.is_empty() {
         let expected = "something that happens, as sensor = \"desk 1\" with target = 700, comes or leaves = true";
         return Err(InputError::new(fields.at.clone(), format!("[[event]] at {at} s without anything"), expected));
     }
     let subject = sensor_name.or(luminaire_name).map_or_else(String::new, |name| format!("{} ", name.value));
-    let words = match (sensor, luminaire) {
-        (None, None) => words.join(", "),
-        _ => format!("{}{}", subject, words.join(", ")),
+    Ok(Event { at, words: format!("{subject}{}", words.join(", ")), acts })
+}
+
+/// The number of what `key` names, if it names anything.
+fn numbered(key: &str, names: &[&str], name: Option<&Placed<String>>) -> Result<Option<usize>, InputError> {
+    let Some(name) = name else { return Ok(None) };
+    let found = names.iter().position(|known| *known == name.value);
+    found.map(Some).ok_or_else(|| unknown(key, name, names.iter().copied()))
+}
+
+/// Refuses keys that make no sense without their subject, or two subjects at once.
+fn check_subject(fields: &Fields, sensor: bool, luminaire: bool) -> Result<(), InputError> {
+    if sensor && luminaire {
+        return Err(fields.refusal("luminaire", "either a sensor or a luminaire; two events for both"));
+    }
+    let of = |keys: &[&str], fits: bool, expected: &str| match keys.iter().find(|key| fields.keys().contains(key)) {
+        Some(key) if !fits => Err(fields.refusal(key, expected)),
+        _ => Ok(()),
     };
-    Ok(Event { at, words, acts })
+    of(&["target", "tolerance", "comes", "leaves", "reads"], sensor, "it beside sensor = \"…\"")?;
+    of(&["stuck"], luminaire, "it beside luminaire = \"…\"")?;
+    of(&["fails"], sensor || luminaire, "it beside sensor = \"…\" or luminaire = \"…\"")?;
+    of(&["noise", "daylight"], !luminaire, "it beside sensor = \"…\", or alone for all sensors")
+}
+
+/// What the keys of an `[[event]]` change; lx.
+struct Changes {
+    target: Option<f64>,
+    tolerance: Option<f64>,
+    reads: Option<f64>,
+    noise: Option<f64>,
+    daylight: Option<f64>,
+    comes: bool,
+    leaves: bool,
+    fails: Option<bool>,
+    /// Level, from 0 to 1.
+    stuck: Option<f64>,
+}
+
+impl Changes {
+    /// Reads them, and refuses those that contradict each other.
+    fn read(fields: &Fields) -> Result<Self, InputError> {
+        let lux = |key: &str| {
+            let found = fields.number(key, "a number from 0 up, lx", |n| (0.0..=1e6).contains(&n))?;
+            Ok::<_, InputError>(found.map(|found| found.value))
+        };
+        let only_true = |key: &str| match fields.switch(key)? {
+            Some(Placed { value: false, .. }) => Err(fields.refusal(key, "true, or nothing")),
+            found => Ok(found.is_some()),
+        };
+        let level = |key: &str| {
+            let found = fields.number(key, "a level from 0 to 1", |n| (0.0..=1.0).contains(&n))?;
+            Ok::<_, InputError>(found.map(|level| level.value))
+        };
+        // In this order: the first mistake is told.
+        let changes = Self {
+            target: lux("target")?,
+            tolerance: lux("tolerance")?,
+            reads: lux("reads")?,
+            noise: lux("noise")?,
+            daylight: lux("daylight")?,
+            comes: only_true("comes")?,
+            leaves: only_true("leaves")?,
+            fails: fields.switch("fails")?.map(|fails| fails.value),
+            stuck: level("stuck")?,
+        };
+        let Self { target, tolerance, reads, comes, leaves, fails, stuck, .. } = changes;
+        if leaves && (comes || target.is_some() || tolerance.is_some()) {
+            return Err(fields.refusal("leaves", "somebody who comes or leaves, not both"));
+        }
+        if tolerance.is_some() && target.is_none() {
+            return Err(fields.refusal("tolerance", "it beside a target"));
+        }
+        if fails.is_some() && (reads.is_some() || stuck.is_some()) {
+            return Err(fields.refusal("fails", "it without reads or stuck, which say how it fails"));
+        }
+        Ok(changes)
+    }
+
+    /// Who is at a sensor, and whether it works; with words.
+    fn of_sensor(&self, sensor: usize) -> Vec<(Act, String)> {
+        let Self { target, tolerance, .. } = *self;
+        let who = match target {
+            Some(lux) => Some((Act::Asks { sensor, target, tolerance }, format!("asks for {} lx", short(lux)))),
+            None if self.comes => Some((Act::Asks { sensor, target, tolerance }, "comes".into())),
+            None if self.leaves => Some((Act::Leaves { sensor }, "leaves".into())),
+            None => None,
+        };
+        let works = match (self.reads, self.fails) {
+            (Some(lux), _) => Some((Act::Reads { sensor, lux }, format!("reads {} lx, whatever there is", short(lux)))),
+            (None, Some(true)) => Some((Act::Silent { sensor }, "falls silent".into())),
+            (None, Some(false)) => Some((Act::SensorMended { sensor }, "works again".into())),
+            (None, None) => None,
+        };
+        who.into_iter().chain(works).collect()
+    }
+
+    /// Whether a luminaire works; with words.
+    fn of_luminaire(&self, luminaire: usize) -> Option<(Act, String)> {
+        match (self.stuck, self.fails) {
+            (Some(level), _) => {
+                Some((Act::Stuck { luminaire, level }, format!("is stuck at {} %", short(100.0 * level))))
+            }
+            (None, Some(true)) => Some((Act::Stuck { luminaire, level: 0.0 }, "fails".into())),
+            (None, Some(false)) => Some((Act::LuminaireMended { luminaire }, "works again".into())),
+            (None, None) => None,
+        }
+    }
+
+    /// Noise and daylight of a sensor, or of all; with words.
+    fn of_readings(&self, sensor: Option<usize>) -> impl Iterator<Item = (Act, String)> {
+        let noise = self.noise.map(|lux| (Act::Noise { sensor, lux }, format!("noise of {} lx", short(lux))));
+        let daylight =
+            self.daylight.map(|lux| (Act::Daylight { sensor, lux }, format!("daylight of {} lx", short(lux))));
+        noise.into_iter().chain(daylight)
+    }
 }
 
 /// Refuses somebody who comes, by `comes` alone, to where there has never been a target.

@@ -4,14 +4,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Answer;
+use super::influence::Place;
 use super::sure::Known;
+use super::{Answer, Influence};
 use crate::error::Error;
 use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
 use crate::report::live::{Lamp, Map, Page, Sensor};
 use crate::report::table;
-use crate::results::{IlluminanceMap, Results};
+use crate::results::{GroupMap, IlluminanceMap, Results};
 use crate::scene::Scene;
 
 /// How far from a plane a sensor may be and still move along it, m.
@@ -30,60 +31,12 @@ pub fn write(
     let matrix = &known.mean;
     // Planes along which sensors move come first: that is where people look.
     let serves = |map: &&IlluminanceMap| {
-        let on = |place: &super::influence::Place| lies_on(map, place.position.into(), place.normal.into());
+        let on = |place: &Place| lies_on(map, place.position.into(), place.normal.into());
         !matrix.sensors.iter().any(on)
     };
     let mut maps: Vec<&IlluminanceMap> = results.maps.iter().collect();
     maps.sort_by_key(serves);
-    let level = |lamp: usize| matrix.luminaires[lamp].supply.level;
-    let lamp = |(number, luminaire): (usize, &Luminaire)| {
-        let dimmable = &matrix.luminaires[number];
-        Lamp {
-            name: dimmable.name.clone(),
-            group: dimmable.group.clone(),
-            outline: outline(luminaire, scene.centre),
-            level: optimum.map_or(level(number), |answer| answer.levels[number]),
-            least: dimmable.supply.least,
-            power: matrix.curve(number),
-            off: matrix.power_of(number, 0.0),
-        }
-    };
-    let layers = |map: &IlluminanceMap| -> Vec<Vec<f32>> {
-        let whole = || vec![map.illuminance.iter().map(|lux| (lux / level(0)) as f32).collect()];
-        let part = |(number, group): (usize, &crate::results::GroupMap)| {
-            let full = (1.0 / level(number)) as f32;
-            group.illuminance.iter().map(|lux| lux * full).collect()
-        };
-        if map.groups.is_empty() { whole() } else { map.groups.iter().enumerate().map(part).collect() }
-    };
-    let map = |map: &IlluminanceMap| Map {
-        name: map.name.clone(),
-        columns: map.cells[0],
-        rows: map.cells[1],
-        corner: map.corner.to_array(),
-        along: map.along.to_array(),
-        across: map.across.to_array(),
-        mask: map.has_value.clone(),
-        layers: layers(map),
-        offset: vec![0.0; map.illuminance.len()],
-        error: map.illuminance.iter().zip(&map.standard_error).map(|(lux, error)| share(*lux, *error)).collect(),
-    };
-    let sensor = |number: usize| {
-        let place = &matrix.sensors[number];
-        let (position, normal) = (DVec3::from(place.position), DVec3::from(place.normal));
-        Sensor {
-            name: place.name.clone(),
-            position: place.position,
-            plane: maps.iter().position(|map| lies_on(map, position, normal)),
-            influence: matrix.lux[number].clone(),
-            error: matrix.standard_error[number].clone(),
-            told: known.told[number].clone(),
-            noise: known.noise_of_renders(number),
-            offset: place.daylight,
-            target: place.target,
-            tolerance: place.tolerance,
-        }
-    };
+    let lamp = |(number, luminaire)| lamp(matrix, number, optimum, outline(luminaire, scene.centre));
     let unit = if matrix.knows_power() {
         ""
     } else {
@@ -94,12 +47,68 @@ pub fn write(
         about: format!("{}; daylight is in the sensors only.{unit}", table::method(&results.run)),
         unit: matrix.power_unit(),
         luminaires: scene.luminaires.iter().enumerate().map(lamp).collect(),
-        planes: maps.iter().map(|plane| map(plane)).collect(),
-        sensors: (0..matrix.sensors.len()).map(sensor).collect(),
+        planes: maps.iter().map(|map| plane(matrix, map)).collect(),
+        sensors: (0..matrix.sensors.len()).map(|number| sensor(known, number, &maps)).collect(),
         optimum: optimum.filter(|answer| answer.missed.is_empty()).map(|answer| answer.levels.clone()),
         sigmas,
     };
     page.write(path)
+}
+
+/// A luminaire of this outline, at its level in `optimum` or as it is.
+fn lamp(matrix: &Influence, number: usize, optimum: Option<&Answer>, outline: Vec<[f64; 2]>) -> Lamp {
+    let dimmable = &matrix.luminaires[number];
+    Lamp {
+        name: dimmable.name.clone(),
+        group: dimmable.group.clone(),
+        outline,
+        level: optimum.map_or(dimmable.supply.level, |answer| answer.levels[number]),
+        least: dimmable.supply.least,
+        power: matrix.curve(number),
+        off: matrix.power_of(number, 0.0),
+    }
+}
+
+/// The map of a plane, with a layer for each luminaire at full output.
+fn plane(matrix: &Influence, map: &IlluminanceMap) -> Map {
+    let level = |lamp: usize| matrix.luminaires[lamp].supply.level;
+    let whole = || vec![map.illuminance.iter().map(|lux| (lux / level(0)) as f32).collect()];
+    let part = |(number, group): (usize, &GroupMap)| {
+        let full = (1.0 / level(number)) as f32;
+        group.illuminance.iter().map(|lux| lux * full).collect()
+    };
+    let layers = if map.groups.is_empty() { whole() } else { map.groups.iter().enumerate().map(part).collect() };
+    Map {
+        name: map.name.clone(),
+        columns: map.cells[0],
+        rows: map.cells[1],
+        corner: map.corner.to_array(),
+        along: map.along.to_array(),
+        across: map.across.to_array(),
+        mask: map.has_value.clone(),
+        layers,
+        offset: vec![0.0; map.illuminance.len()],
+        error: map.illuminance.iter().zip(&map.standard_error).map(|(lux, error)| share(*lux, *error)).collect(),
+    }
+}
+
+/// A sensor, and along which of the maps it may move.
+fn sensor(known: &Known, number: usize, maps: &[&IlluminanceMap]) -> Sensor {
+    let matrix = &known.mean;
+    let place = &matrix.sensors[number];
+    let (position, normal) = (DVec3::from(place.position), DVec3::from(place.normal));
+    Sensor {
+        name: place.name.clone(),
+        position: place.position,
+        plane: maps.iter().position(|map| lies_on(map, position, normal)),
+        influence: matrix.lux[number].clone(),
+        error: matrix.standard_error[number].clone(),
+        told: known.told[number].clone(),
+        noise: known.noise_of_renders(number),
+        offset: place.daylight,
+        target: place.target,
+        tolerance: place.tolerance,
+    }
 }
 
 /// A standard error as a share of what it is of, at most all of it.

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::results::outlines;
+use super::warning::Warning;
 use super::{Keeping, Settings, Stages, Stop, render_part, start};
 use crate::embree::RayCaster;
 use crate::error::Error;
@@ -90,12 +91,8 @@ pub fn render_in_bands(
         for map in &results.maps {
             let claim = claim(map);
             if settings.stop.passes().is_none() && 100.0 * claim > 1.05 * percent {
-                results.run.warnings.push(format!(
-                    "plane \"{}\": the passes that its middle needs leave a standard error of {:.2} % in all, asked for \
-                     {percent} %; more come with `passes`",
-                    map.name,
-                    100.0 * claim,
-                ));
+                let (plane, error, wanted) = (map.name.clone(), 100.0 * claim, percent);
+                results.run.warnings.push(Warning::BandsUncertain { plane, error, wanted }.to_string());
             }
         }
     }

@@ -171,7 +171,7 @@ impl<const C: usize> Rendering<'_, C> {
                 } else {
                     (parts.iter().map(|part| reader.of_map(part)).collect(), Again::new())
                 };
-                this.prepared_rays += reader.cast.into_inner();
+                this.record.prepared_rays += reader.cast.into_inner();
                 let again = if this.settings.smooth { again } else { Again::new() };
                 places[index].take_over(&parts, ends, again, this.settings.smooth);
                 this.progress.advance(1);

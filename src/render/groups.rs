@@ -89,8 +89,8 @@ impl<const C: usize> Rendering<'_, C> {
     /// Sets of photons in the sums of parts, each of the luminaires' whole flux, and the flux of a photon.
     pub(super) fn known(&self) -> Known {
         let sets = (u64::from(self.done.len()) * self.rounds()) as f64;
-        let emitted = photometric(self.flux.mean(sets.max(1.0)).emitted);
-        Known { sets, photon: emitted * sets / self.photons_emitted.max(1) as f64 }
+        let emitted = photometric(self.record.flux.mean(sets.max(1.0)).emitted);
+        Known { sets, photon: emitted * sets / self.record.photons_emitted.max(1) as f64 }
     }
 
     /// What all passes say of each group's light that has bounced, by the choices made for the whole.

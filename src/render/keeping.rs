@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::place::Place;
 use super::team::{Alone, Team};
 use super::views::View;
+use super::warning::Warning;
 use super::{Rendering, Settings};
 use crate::error::{Error, InputError, Location};
 use crate::render::plan::Plan;
@@ -137,10 +138,7 @@ impl<const C: usize> Rendering<'_, C> {
         let written = self
             .timed("checkpoint", 1, |this| file::write(path, &words, &mut |tape| this.exchange(places, views, tape)));
         if let Err(error) = written {
-            let warning = format!("checkpoint: {error}; should the run end early, passes since the last one are lost");
-            if !self.warnings.contains(&warning) {
-                self.warnings.push(warning);
-            }
+            self.record.warn_once(Warning::Checkpoint(error.to_string()));
         }
     }
 
@@ -151,10 +149,7 @@ impl<const C: usize> Rendering<'_, C> {
         views: &mut [View<'_, C>],
         tape: &mut Tape<'_>,
     ) -> io::Result<()> {
-        tape.count(&mut self.photons_emitted)?;
-        tape.count(&mut self.photons_stored)?;
-        tape.count(&mut self.gather_rays)?;
-        self.flux.exchange(tape)?;
+        self.record.exchange(tape)?;
         tape.same(places.len(), "receivers")?;
         for place in places {
             place.exchange(tape)?;

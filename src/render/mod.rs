@@ -11,6 +11,7 @@ mod method;
 pub mod mpi;
 mod place;
 pub mod plan;
+mod record;
 mod repeat;
 mod results;
 mod round;
@@ -19,15 +20,18 @@ mod sites;
 mod stop;
 mod team;
 mod views;
+mod warn;
+mod warning;
 
 use std::time::Instant;
 
 use self::method::{Composition, Searches};
 use self::plan::Plan;
+use self::record::Record;
 use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
 use crate::luminaire::LightGroups;
-use crate::photon::trace::{BOUNCE_CAP, TallySum};
+use crate::photon::trace::BOUNCE_CAP;
 use crate::photon::trial::Trial;
 use crate::progress::Progress;
 use crate::random::Seed;
@@ -99,21 +103,13 @@ struct Rendering<'a, const C: usize> {
     composition: Composition,
     settings: &'a Settings,
     progress: &'a dyn Progress,
-    started: Instant,
     /// That of what is near in the scene, m: walked once, since it takes all vertices.
     diagonal: f64,
     searches: Searches,
     done: Passes,
-    seconds: Stages,
-    /// Rays before the first pass, and in passes.
-    prepared_rays: u64,
-    gather_rays: u64,
-    photons_emitted: u64,
-    photons_stored: u64,
-    flux: TallySum<C>,
+    record: Record<C>,
     /// The light groups to be told apart.
     groups: Option<LightGroups>,
-    warnings: Vec<String>,
     /// What became of photons sent ahead, where some surface absorbs next to nothing.
     trial: Trial,
 }
@@ -134,18 +130,11 @@ impl<'a, const C: usize> Rendering<'a, C> {
             composition: Composition::of(plan, !scene.cameras.is_empty()),
             settings,
             progress,
-            started: Instant::now(),
             diagonal,
             searches: Searches::new(plan.method, settings, diagonal, settings.photons as f64),
             done: Passes::default(),
-            seconds: Vec::new(),
-            prepared_rays: 0,
-            gather_rays: 0,
-            photons_emitted: 0,
-            photons_stored: 0,
-            flux: TallySum::default(),
+            record: Record::new(&scene.warnings),
             groups: None,
-            warnings: scene.warnings.clone(),
             trial: Trial::default(),
         };
         rendering.choose_groups()?;
@@ -195,11 +184,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         self.progress.stage(name, steps);
         let started = Instant::now();
         let result = stage(self);
-        let seconds = started.elapsed().as_secs_f64();
-        match self.seconds.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, sum)) => *sum += seconds,
-            None => self.seconds.push((name, seconds)),
-        }
+        self.record.book(name, started.elapsed().as_secs_f64());
         result
     }
 }

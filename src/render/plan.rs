@@ -1,16 +1,21 @@
 //! The plan: what this scene and the outputs asked for need, and what is left out.
 
+mod reason;
+
 use std::fmt;
 
-use crate::luminaire::LightGroups;
+pub use self::reason::{Decision, Reason, SampledBy, Subject};
+use super::method::{Composition, Rays};
+use crate::luminaire::{LightGroups, Luminaire};
 pub use crate::options::Method;
+use crate::scene::material::Material;
 use crate::scene::{Measure, PlaneKind, Scene, emitters};
-use crate::text::listed;
-use crate::text::number::short;
 
 /// Photons light the whole scene, paths only what is looked at: below this share of the scene that the planes cover, a
 /// photon's chance to matter is so small that paths are worth a try.
 const SMALL_SHARE: f64 = 0.02;
+/// Emitters that have a line each in the plan; the rest are told together.
+const MOST_EMITTERS: usize = 12;
 
 /// What a run does and leaves out.
 #[derive(Clone, Debug)]
@@ -29,8 +34,8 @@ pub struct Plan {
     pub caustics: bool,
     /// Whether light groups are told apart.
     pub groups: bool,
-    /// Why, in words: (used?, what, reason).
-    pub reasons: Vec<(bool, String, String)>,
+    /// What was decided, and why.
+    pub reasons: Vec<Decision>,
 }
 
 impl Plan {
@@ -41,150 +46,246 @@ impl Plan {
 
     /// The same, with light groups told apart or not.
     pub fn with_groups(scene: &Scene, method: Method, groups: bool) -> Self {
-        let mut reasons = Vec::new();
-        let mut decide = |used: bool, what: &str, why: String| {
-            reasons.push((used, what.to_owned(), why));
-            used
+        let bounces = !method.splits() || (!scene.mesh.triangles.is_empty() && bright(scene).is_some());
+        let mut plan = Self {
+            method,
+            coloured: coloured(scene).is_some(),
+            bounces,
+            photons: bounces && method.traces_photons(),
+            shadow_rays: method.splits(),
+            caustics: bounces && specular(scene).is_some(),
+            groups: groups && method.knows_groups() && LightGroups::of(&scene.luminaires).len() > 1,
+            reasons: Vec::new(),
         };
-        let coloured_material = scene.materials.iter().find(|material| material.is_coloured());
-        let coloured_luminaire =
-            scene.luminaires.iter().find(|l| l.colour[0] != l.colour[1] || l.colour[1] != l.colour[2]);
-        let coloured = match (coloured_material, coloured_luminaire) {
-            (Some(material), _) => decide(true, "three channels", format!("material {} is coloured", material.name)),
-            (None, Some(lamp)) => decide(true, "three channels", format!("luminaire {} is coloured", lamp.name)),
-            (None, None) => {
-                decide(false, "three channels", "no material and no luminaire is coloured: one does".into())
-            }
-        };
-        let name = method.name();
-        let luminaires = scene.luminaires.len();
-        let shadow_rays = if method.splits() {
-            decide(true, "direct light by shadow rays", format!("method {name}, {luminaires} luminaires"))
-        } else {
-            decide(false, "direct light by shadow rays", format!("method {name} counts photons"))
-        };
-        for (source, count, flux) in measured(scene) {
-            let luminaires = if count == 1 { "1 luminaire".into() } else { format!("{count} luminaires") };
-            decide(true, "measured photometry", format!("{source}: {luminaires}, {flux:.0} lm in all"));
-        }
-        for why in emitting(scene) {
-            decide(true, "emitting faces", why);
-        }
-        let bright = scene.materials.iter().find(|material| !material.is_black());
-        let bounces = match bright {
-            _ if !method.splits() => decide(true, "passes", format!("method {name}: all light by photons")),
-            _ if scene.mesh.triangles.is_empty() => {
-                decide(false, "passes", "no surface: light bounces off nothing".into())
-            }
-            None => decide(false, "passes", "every surface is black: light bounces off nothing".into()),
-            Some(material) => {
-                decide(true, "passes", format!("for light that has bounced, such as off {}", material.name))
-            }
-        };
-        let photons = match method {
-            Method::Path => decide(false, "photons", "method path follows light backwards only".into()),
-            _ if bounces => decide(true, "photons", format!("method {name}")),
-            _ => false,
-        };
-        if bounces {
-            let why = |does: &str| format!("method {name} {does}");
-            match method {
-                Method::Path => decide(true, "rays from the points", why("goes on from surface to surface")),
-                Method::Gather => decide(true, "rays from the points", why("ends them where photons know the light")),
-                _ => decide(false, "rays from the points", why("takes the photons' density there")),
-            };
-            let share = scene.measured_share();
-            if photons && share < SMALL_SHARE {
-                let share = 100.0 * share;
-                let why = format!(
-                    "planes cover {share:.2} % of the scene: `method` path `smooth` on asks only for what they see"
-                );
-                decide(true, "photons of the whole scene", why);
-            }
-        }
-        let shiny = scene.materials.iter().find(|material| material.is_specular());
-        let caustics = match shiny {
-            Some(material) if bounces => {
-                decide(true, "specular paths", format!("{} mirrors or refracts", material.name))
-            }
-            Some(_) => false,
-            None => decide(false, "specular paths", "no mirror and no glass".into()),
-        };
-        let panes: Vec<&str> =
-            scene.materials.iter().filter(|m| m.glazing.is_some()).map(|m| m.name.as_str()).collect();
-        match panes.as_slice() {
-            [] => decide(false, "panes", "no thin sheet of clear glass".into()),
-            names => decide(
-                true,
-                "panes",
-                format!("{}: light passes straight, direct light too", listed(names.iter().copied())),
-            ),
-        };
-        if photons {
-            let receivers = scene.planes.len() + scene.sensors.len() + scene.surfaces.len();
-            match method {
-                Method::Seed => decide(true, "photons of every surface", "the paper keeps them all".into()),
-                Method::Gather => decide(true, "photons of every surface", "as illuminance of patches".into()),
-                _ => decide(
-                    false,
-                    "photons of other surfaces",
-                    format!("kept only at one of {receivers} planes, sensors and surfaces"),
-                ),
-            };
-        }
-        let on = |kind| scene.planes.iter().filter(|plane| plane.kind == kind).count();
-        decide(on(PlaneKind::Surface) > 0, "planes on surfaces", format!("{} in the scene", on(PlaneKind::Surface)));
-        decide(on(PlaneKind::Air) > 0, "planes in the air", format!("{} in the scene", on(PlaneKind::Air)));
-        decide(!scene.sensors.is_empty(), "sensors", format!("{} in the scene", scene.sensors.len()));
-        let counted = photons && (caustics || !method.sends_rays());
-        let how = match (method.sends_rays(), counted) {
-            (true, false) => "rays from each sample",
-            (true, true) => "rays from each sample; caustics as photons on it, over its area",
-            (false, _) => "photons on each sample, over its area",
-        };
-        let surfaces = scene.surfaces.len();
-        let samples: usize = scene.surfaces.iter().map(|surface| surface.samples.len()).sum();
-        let why = match surfaces {
-            0 => "0 in the scene".to_owned(),
-            _ => format!("{surfaces} in the scene, {samples} samples; {how}"),
-        };
-        decide(surfaces > 0, "surfaces of the mesh", why);
-        let bodies = scene.sensors.iter().filter(|sensor| sensor.measure != Measure::Plane).count();
-        decide(bodies > 0, "cylinders and spheres", format!("{bodies} sensors"));
-        match scene.maintenance_factor {
-            None => decide(false, "maintenance factor", "none given: the installation is new".into()),
-            Some([least, most]) if least == most => decide(true, "maintenance factor", least.to_string()),
-            Some([least, most]) => decide(true, "maintenance factor", format!("{least} to {most}, by luminaire")),
-        };
-        match scene.cameras.len() {
-            0 => decide(false, "camera rays", "no camera in the scene".into()),
-            _ if bounces && method != Method::Gather => {
-                decide(true, "camera rays", format!("go on from surface to surface with method {name}, as paths"))
-            }
-            cameras => {
-                decide(true, "camera rays", format!("{cameras} in the scene; light is gathered only where they look"))
-            }
-        };
-        let densities = photons && caustics && !scene.cameras.is_empty();
-        if densities {
-            decide(true, "densities of caustics", "at the surfaces that cameras see".into());
-        }
-        let number = LightGroups::of(&scene.luminaires).len();
-        let groups = match (number, method, groups) {
-            (0 | 1, ..) => decide(false, "light groups", "one group only: all light is its own".into()),
-            (_, Method::Seed, _) => decide(false, "light groups", "method seed knows none".into()),
-            (_, _, true) => {
-                decide(true, "light groups", format!("{number}, told apart by the photons and rays of the whole"))
-            }
-            _ => decide(false, "light groups", format!("{number}, not asked for: `groups`")),
-        };
-        Self { method, coloured, bounces, photons, shadow_rays, caustics, groups, reasons }
+        plan.reasons = Reasons::of(scene, &plan);
+        plan
     }
 
     /// Whether photons themselves tell light where it is measured, by their density or number: all that is left to passes
     /// where no rays look for it, else caustics.
     pub fn counts_photons(&self) -> bool {
         self.photons && (self.caustics || !self.method.sends_rays())
+    }
+}
+
+/// Why the scene has three channels, if it has.
+fn coloured(scene: &Scene) -> Option<Reason> {
+    let is_coloured = |lamp: &&Luminaire| lamp.colour[0] != lamp.colour[1] || lamp.colour[1] != lamp.colour[2];
+    let material = scene.materials.iter().find(|material| material.is_coloured());
+    let of_material = material.map(|material| Reason::ColouredMaterial(material.name.clone()));
+    let of_lamp = || scene.luminaires.iter().find(is_coloured).map(|lamp| Reason::ColouredLuminaire(lamp.name.clone()));
+    of_material.or_else(of_lamp)
+}
+
+/// A material that light bounces off.
+fn bright(scene: &Scene) -> Option<&Material> {
+    scene.materials.iter().find(|material| !material.is_black())
+}
+
+/// A material that mirrors or refracts.
+fn specular(scene: &Scene) -> Option<&Material> {
+    scene.materials.iter().find(|material| material.is_specular())
+}
+
+/// The decisions of a plan, told in order.
+struct Reasons<'s> {
+    scene: &'s Scene,
+    plan: &'s Plan,
+    /// What the method asks of photons and rays here.
+    composition: Composition,
+    told: Vec<Decision>,
+}
+
+impl<'s> Reasons<'s> {
+    /// Those of a plan that is settled but for them.
+    fn of(scene: &'s Scene, plan: &'s Plan) -> Vec<Decision> {
+        let composition = Composition::of(plan, !scene.cameras.is_empty());
+        let mut reasons = Self { scene, plan, composition, told: Vec::new() };
+        reasons.colour();
+        reasons.direct_light();
+        reasons.luminaires();
+        reasons.passes();
+        reasons.rays();
+        reasons.glass_and_mirrors();
+        reasons.kept_photons();
+        reasons.planes_and_sensors();
+        reasons.surfaces();
+        reasons.bodies();
+        reasons.maintenance();
+        reasons.cameras();
+        reasons.groups();
+        reasons.told
+    }
+
+    fn tell(&mut self, used: bool, subject: Subject, reason: Reason) {
+        self.told.push(Decision { used, subject, reason });
+    }
+
+    fn colour(&mut self) {
+        self.tell(self.plan.coloured, Subject::Channels, coloured(self.scene).unwrap_or(Reason::NothingColoured));
+    }
+
+    fn direct_light(&mut self) {
+        let method = self.plan.method;
+        let reason = match self.plan.shadow_rays {
+            true => Reason::LightSplit(method, self.scene.luminaires.len()),
+            false => Reason::PhotonsCounted(method),
+        };
+        self.tell(self.plan.shadow_rays, Subject::ShadowRays, reason);
+    }
+
+    /// Photometric files, and what the `Ke` of emitting faces came to.
+    fn luminaires(&mut self) {
+        for (source, luminaires, flux) in measured(self.scene) {
+            let source = source.to_owned();
+            self.tell(true, Subject::MeasuredPhotometry, Reason::MeasuredFile { source, luminaires, flux });
+        }
+        let emitters = emitters::of(&self.scene.luminaires);
+        let (first, rest) = emitters.split_at(emitters.len().min(MOST_EMITTERS));
+        for emitter in first {
+            let reason = Reason::Emitter { name: emitter.luminaire.name.clone(), light: emitter.told() };
+            self.tell(true, Subject::EmittingFaces, reason);
+        }
+        if !rest.is_empty() {
+            let flux = rest.iter().map(|emitter| emitter.luminaire.flux.0).sum();
+            self.tell(true, Subject::EmittingFaces, Reason::MoreEmitters(rest.len(), flux));
+        }
+    }
+
+    /// Passes, and photons in them.
+    fn passes(&mut self) {
+        let Plan { method, bounces, photons, .. } = *self.plan;
+        let reason = match bright(self.scene) {
+            _ if !method.splits() => Reason::AllByPhotons(method),
+            _ if self.scene.mesh.triangles.is_empty() => Reason::NoSurface,
+            None => Reason::AllBlack,
+            Some(material) => Reason::LightBounces(material.name.clone()),
+        };
+        self.tell(bounces, Subject::Passes, reason);
+        if photons {
+            self.tell(true, Subject::Photons, Reason::PartOf(method));
+        } else if !method.traces_photons() {
+            self.tell(false, Subject::Photons, Reason::BackwardsOnly(method));
+        }
+    }
+
+    /// Rays from the points; photons where hardly any matters.
+    fn rays(&mut self) {
+        let Plan { method, bounces, photons, .. } = *self.plan;
+        if !bounces {
+            return;
+        }
+        let rays = self.composition.rays;
+        let reason = match rays {
+            Some(Rays::AsPaths) => Reason::RaysGoOn(method),
+            Some(Rays::OnPatches) => Reason::RaysEndOnPatches(method),
+            None => Reason::DensityThere(method),
+        };
+        self.tell(rays.is_some(), Subject::Rays, reason);
+        if photons {
+            let share = self.scene.measured_share();
+            if share < SMALL_SHARE {
+                self.tell(true, Subject::WholeScene, Reason::SmallShare(share));
+            }
+        }
+    }
+
+    fn glass_and_mirrors(&mut self) {
+        match specular(self.scene) {
+            Some(material) if self.plan.caustics => {
+                self.tell(true, Subject::SpecularPaths, Reason::Specular(material.name.clone()));
+            }
+            Some(_) => {} // no pass follows them
+            None => self.tell(false, Subject::SpecularPaths, Reason::NothingSpecular),
+        }
+        let panes = self.scene.materials.iter().filter(|material| material.glazing.is_some());
+        let panes: Vec<String> = panes.map(|material| material.name.clone()).collect();
+        match panes.is_empty() {
+            true => self.tell(false, Subject::Panes, Reason::NoPane),
+            false => self.tell(true, Subject::Panes, Reason::PanesOf(panes)),
+        }
+    }
+
+    /// Where photons are kept.
+    fn kept_photons(&mut self) {
+        if !self.plan.photons {
+            return;
+        }
+        if self.composition.landings {
+            self.tell(true, Subject::EverySurface, Reason::PaperKeepsAll);
+        } else if self.composition.patches {
+            self.tell(true, Subject::EverySurface, Reason::AsPatches);
+        } else {
+            let receivers = self.scene.planes.len() + self.scene.sensors.len() + self.scene.surfaces.len();
+            self.tell(false, Subject::OtherSurfaces, Reason::OnlyMeasured(receivers));
+        }
+    }
+
+    fn planes_and_sensors(&mut self) {
+        let scene = self.scene;
+        let on = |kind| scene.planes.iter().filter(|plane| plane.kind == kind).count();
+        for (number, subject) in [
+            (on(PlaneKind::Surface), Subject::PlanesOnSurfaces),
+            (on(PlaneKind::Air), Subject::PlanesInAir),
+            (scene.sensors.len(), Subject::Sensors),
+        ] {
+            self.tell(number > 0, subject, Reason::InScene(number));
+        }
+    }
+
+    fn surfaces(&mut self) {
+        let surfaces = self.scene.surfaces.len();
+        let samples = self.scene.surfaces.iter().map(|surface| surface.samples.len()).sum();
+        let by = match (self.plan.method.sends_rays(), self.plan.counts_photons()) {
+            (true, false) => SampledBy::Rays,
+            (true, true) => SampledBy::RaysAndCaustics,
+            (false, _) => SampledBy::Photons,
+        };
+        let reason = match surfaces {
+            0 => Reason::InScene(0),
+            _ => Reason::Sampled { surfaces, samples, by },
+        };
+        self.tell(surfaces > 0, Subject::MeasuredSurfaces, reason);
+    }
+
+    fn bodies(&mut self) {
+        let bodies = self.scene.sensors.iter().filter(|sensor| sensor.measure != Measure::Plane).count();
+        self.tell(bodies > 0, Subject::Bodies, Reason::SensorsWithBody(bodies));
+    }
+
+    fn maintenance(&mut self) {
+        let factors = self.scene.maintenance_factor;
+        let reason = match factors {
+            None => Reason::NewInstallation,
+            Some([least, most]) if least == most => Reason::MaintenanceOfAll(least),
+            Some(range) => Reason::MaintenanceByLuminaire(range),
+        };
+        self.tell(factors.is_some(), Subject::Maintenance, reason);
+    }
+
+    fn cameras(&mut self) {
+        let cameras = self.scene.cameras.len();
+        let reason = match cameras {
+            0 => Reason::NoCamera,
+            // Where photons tell no light of surfaces, rays have to go on.
+            _ if self.plan.bounces && !self.composition.patches => Reason::CameraPaths(self.plan.method),
+            _ => Reason::GatheredWhereSeen(cameras),
+        };
+        self.tell(cameras > 0, Subject::CameraRays, reason);
+        if self.plan.photons && self.plan.caustics && cameras > 0 {
+            self.tell(true, Subject::CausticDensities, Reason::SurfacesSeen);
+        }
+    }
+
+    fn groups(&mut self) {
+        let number = LightGroups::of(&self.scene.luminaires).len();
+        let reason = match number {
+            0 | 1 => Reason::OneGroup,
+            _ if !self.plan.method.knows_groups() => Reason::MethodHasNoGroups(self.plan.method),
+            _ if self.plan.groups => Reason::GroupsApart(number),
+            _ => Reason::GroupsNotAsked(number),
+        };
+        self.tell(self.plan.groups, Subject::Groups, reason);
     }
 }
 
@@ -202,25 +303,8 @@ fn measured(scene: &Scene) -> Vec<(&str, usize, f64)> {
     files
 }
 
-/// What the `Ke` of emitting faces came to; the brightest in a line each, the rest together.
-fn emitting(scene: &Scene) -> Vec<String> {
-    const MOST: usize = 12;
-    let emitters = emitters::of(&scene.luminaires);
-    let (first, rest) = emitters.split_at(emitters.len().min(MOST));
-    let mut told: Vec<String> =
-        first.iter().map(|emitter| format!("{}: Ke taken as {}", emitter.luminaire.name, emitter.told())).collect();
-    if !rest.is_empty() {
-        let flux: f64 = rest.iter().map(|emitter| emitter.luminaire.flux.0).sum();
-        told.push(format!("{} more: {} lm in all", rest.len(), short(flux)));
-    }
-    told
-}
-
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (used, what, why) in &self.reasons {
-            writeln!(f, "{} {what:<28} {why}", if *used { "used    " } else { "left out" })?;
-        }
-        Ok(())
+        self.reasons.iter().try_for_each(|decision| writeln!(f, "{decision}"))
     }
 }

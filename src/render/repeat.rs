@@ -5,18 +5,16 @@ use std::time::Instant;
 use super::engine::Engine;
 use super::keeping::{self, Keeping, Schedule};
 use super::place::{Cell, Place, worst_of};
+use super::settings::LEAST_PASSES;
 use super::team::Word;
 use super::views::View;
+use super::warning::Warning;
 use super::{IMAGE_ERROR, Rendering};
 use crate::embree::RayCaster;
 use crate::error::Error;
 use crate::results::CameraImage;
 use crate::state::tape::Tape;
 use crate::state::{PassRange, Passes};
-
-/// Passes at least where an error is asked for and there are points without neighbours (sensors, samples of surfaces), or
-/// nothing but pixels: their claims rest on the scatter of their own batches, and four passes of four rounds make 16.
-const FEWEST_PASSES: u32 = 4;
 
 /// The next check comes after so many times the passes done, at least and at most: asking costs as much as a pass or two, and
 /// an error known from few passes is a poor guide to many.
@@ -82,10 +80,16 @@ impl<const C: usize> Rendering<'_, C> {
     /// Books the stages of passes even if none is left to run, so that a run that goes on lists what any run does.
     fn list_stages(&mut self) {
         for stage in self.composition.stages {
-            if self.seconds.iter().all(|(known, _)| known != stage) {
-                self.seconds.push((stage, 0.0));
-            }
+            self.record.book(stage, 0.0);
         }
+    }
+
+    /// Passes that are done before an error is believed: points without neighbours (sensors, samples of surfaces), and pixels
+    /// where there is nothing else, know it by the scatter of their own batches.
+    fn least_passes(&self, places: &[Place<C>]) -> u32 {
+        let alone = self.composition.rays.is_some() && places.iter().any(|place| place.site.receiver.grid.is_none());
+        let least = if alone || places.is_empty() { LEAST_PASSES } else { 1 };
+        least.max(self.settings.least_passes)
     }
 
     /// The first `count` passes of this run.
@@ -138,7 +142,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
         let enough = self.settings.stop.passes().is_some_and(|most| done >= most);
         let limit = self.settings.stop.time();
-        let late = limit.is_some_and(|limit| self.started.elapsed().as_secs_f64() + taken > limit.as_secs_f64());
+        let late = limit.is_some_and(|limit| self.record.started.elapsed().as_secs_f64() + taken > limit.as_secs_f64());
         let last = enough || late || schedule.closed || self.progress.interrupted();
         if !last && (self.settings.stop.error().is_none() || done < schedule.next_check) {
             return false;
@@ -154,17 +158,13 @@ impl<const C: usize> Rendering<'_, C> {
         self.progress.pass(done, 100.0 * claim);
         let Some(percent) = self.settings.stop.error() else { return true };
         let target = percent / 100.0;
-        let alone = self.composition.rays.is_some() && places.iter().any(|place| place.site.receiver.grid.is_none());
-        let fewest = if alone || places.is_empty() { FEWEST_PASSES } else { 1 };
+        let fewest = self.least_passes(places);
         if last || (claim <= target && done >= fewest) || !(self.plan.bounces || places.is_empty()) {
             return true;
         }
         let floor = worst_of(places, Cell::of_direct);
         if floor > target {
-            self.warnings.push(format!(
-                "`error` {percent}: direct light at shadows' edges alone is uncertain by {:.3} %, and passes do not mend it",
-                100.0 * floor,
-            ));
+            self.record.warn(Warning::DirectUncertain { wanted: percent, error: 100.0 * floor });
             return true;
         }
         // An image that is good enough rests while maps and sensors ask for more.

@@ -3,204 +3,19 @@
 use glam::DVec3;
 
 use super::Rendering;
-use super::method::Rays;
 use super::place::{Cell, Place, left_out, worst_of};
-use crate::embree::RELATIVE_OFFSET;
+use super::warning::Warning;
 use crate::flux::photometric;
-use crate::gather::density::Estimate;
 use crate::gather::reach::Standing;
 use crate::gather::receiver::MIDDLE_SHARE;
-use crate::gather::witness::Contradiction;
+use crate::luminaire::Luminaire;
 use crate::luminaire::outline::corners;
-use crate::luminaire::{Luminaire, Opening};
 use crate::photon::trace::Tally;
 use crate::results::{CameraImage, FluxBalance, IlluminanceMap, Results, Run, SensorReading, SurfaceMap, areas};
-use crate::scene::{MeasuredSurface, MeasuringPlane, PlaneKind, Scene};
-use crate::text::number::fine_percent;
+use crate::scene::{MeasuredSurface, MeasuringPlane, Scene};
 use crate::units::Lumens;
 
-/// Photons, all passes together, below which the scatter of their batches tells little.
-const FEWEST_PHOTONS: u64 = 1000;
-/// The part of the flux that may be cut off without a word: far below any error that photons claim.
-const MOST_CUT_OFF: f64 = 1e-5;
-
 impl<const C: usize> Rendering<'_, C> {
-    /// Says what a user ought to know about this run.
-    pub(super) fn warn(&mut self, places: &[Place<C>]) {
-        for (plane, place) in self.scene.planes.iter().zip(places) {
-            let missed = |point: &usize| place.site.has_value[*point] && !place.site.receiver.is_on_surface(*point);
-            let missed = (0..plane.len()).filter(missed).count();
-            if plane.kind == PlaneKind::Surface && missed > 0 {
-                self.warnings.push(format!(
-                    "plane \"{}\": {missed} of {} points have no surface within {:.1} mm; expected on = \"air\" there",
-                    plane.name,
-                    plane.len(),
-                    1e3 * place.site.receiver.tolerance,
-                ));
-            }
-            if place.site.has_value.iter().all(|has_value| !has_value) {
-                self.warnings.push(format!(
-                    "plane \"{}\": no light can arrive at any of its {} points; along × across points to the measured side, and \
-                     some luminaire has to shine into the same space",
-                    plane.name,
-                    plane.len(),
-                ));
-            }
-            self.warn_of_contradiction(&format!("plane \"{}\"", plane.name), place);
-            let unmet = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
-            let unmet = (0..plane.len()).filter(unmet).count();
-            if self.composition.density.is_some() && unmet > 0 {
-                self.warnings.push(format!(
-                    "plane \"{}\": {unmet} of {} points have no photon within {} m: that part of their light reads 0; \
-                     expected more photons or a larger radius",
-                    plane.name,
-                    plane.len(),
-                    self.searches.smooth.radius,
-                ));
-            }
-        }
-        let first = places.len() - self.scene.surfaces.len();
-        let unmet = |place: &Place<C>| {
-            let dark = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
-            (0..place.len()).filter(dark).count()
-        };
-        for place in &places[self.scene.planes.len()..first] {
-            self.warn_of_contradiction("sensors", place);
-        }
-        let unmet: usize = places[self.scene.planes.len()..first].iter().map(unmet).sum();
-        if self.composition.density.is_some() && unmet > 0 {
-            self.warnings.push(format!(
-                "{unmet} of {} sensors have no photon within {} m: that part of their light reads 0; expected more photons \
-                 or a larger radius",
-                self.scene.sensors.len(),
-                self.searches.smooth.radius,
-            ));
-        }
-        for (surface, place) in self.scene.surfaces.iter().zip(&places[first..]) {
-            if place.site.has_value.iter().all(|has_value| !has_value) {
-                self.warnings.push(format!(
-                    "surface \"{}\": no light can arrive at any sample; side = \"front\" is the one from which vertices run \
-                     counter-clockwise, and some luminaire has to shine into the same space",
-                    surface.name
-                ));
-            }
-            let unmet = |point: &usize| place.site.has_value[*point] && is_dark(&place.bounced[*point]);
-            let unmet = (0..surface.samples.len()).filter(unmet).count();
-            if self.composition.density.is_some() && unmet > 0 {
-                self.warnings.push(format!(
-                    "surface \"{}\": no photon landed on {unmet} of {} samples: that part of their light reads 0; \
-                     expected more photons or a wider spacing",
-                    surface.name,
-                    surface.samples.len(),
-                ));
-            }
-        }
-        let coarse: Vec<String> = self.scene.planes.iter().flat_map(areas::too_coarse).collect();
-        self.warnings.extend(coarse);
-        if self.composition.rays == Some(Rays::AsPaths) && self.plan.caustics {
-            let point = |luminaire: &Luminaire| matches!(luminaire.opening, Opening::Point { .. });
-            self.warnings.push(if self.scene.luminaires.iter().any(point) {
-                "method path never meets a luminaire without extent in a mirror or behind glass: that light is missing; \
-                 expected another method, or an opening".to_owned()
-            } else {
-                "method path meets small luminaires in mirrors and glass only by chance: caustics may be wrong by more than \
-                 is claimed; expected another method".to_owned()
-            });
-        }
-        let (reach, detail) = (self.scene.half_extent(), self.scene.smallest_detail());
-        let step = f64::from(RELATIVE_OFFSET) * reach;
-        if step > 0.1 * detail {
-            self.warnings.push(format!(
-                "the scene reaches {reach:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less than a \
-                 tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?"
-            ));
-        }
-        self.warn_of_far_lamps();
-        let flux = self.flux.mean(1.0);
-        let cut_off = photometric(flux.cut_off) / photometric(flux.emitted).max(f64::MIN_POSITIVE);
-        let most = self.trial.most_bounces();
-        if cut_off > MOST_CUT_OFF && self.trial.in_glass > 0.0 {
-            self.warnings.push(format!(
-                "{} % of the flux was still under way after {most} bounces and was cut off: nearly all of it is trapped in \
-                 glass that absorbs nothing, where it lights nothing",
-                fine_percent(cut_off),
-            ));
-        } else if cut_off > MOST_CUT_OFF {
-            self.warnings.push(format!(
-                "{} % of the flux was still under way after {most} bounces and was cut off: illuminance is too low",
-                fine_percent(cut_off),
-            ));
-        }
-        if self.plan.photons && self.photons_emitted < FEWEST_PHOTONS {
-            self.warnings.push(format!(
-                "light that has bounced rests on {} photons: what errors are claimed can't be trusted; expected some \
-                 thousands at least",
-                self.photons_emitted,
-            ));
-        }
-        self.warn_of_lamps_at_points(places, step);
-    }
-
-    /// Rays and photons that contradict each other.
-    fn warn_of_contradiction(&mut self, what: &str, place: &Place<C>) {
-        let contradiction = place.parts.iter().find_map(|part| part.contradiction());
-        if let Some(Contradiction { photons, rays }) = contradiction {
-            self.warnings.push(format!(
-                "{what}: photons bring {photons:.3e} lx to a part of it where rays found {rays:.3e} lx: light comes through \
-                 openings, or from places, that rays rarely meet; the standard errors there hold the difference; method \
-                 split finds such light"
-            ));
-        }
-    }
-
-    /// Luminaires so far from what is measured that single precision blurs their openings.
-    fn warn_of_far_lamps(&mut self) {
-        if !self.scene.near.is_cut() {
-            return; // `half_extent` tells
-        }
-        for luminaire in &self.scene.luminaires {
-            let away = luminaire.opening.middle().length();
-            let (step, size) = (f64::from(RELATIVE_OFFSET) * away, luminaire.opening.smallest_side());
-            if step > 0.1 * size {
-                self.warnings.push(format!(
-                    "luminaire \"{}\" hangs {away:.3e} m from what is measured, where rays start {step:.1e} m off surfaces; \
-                     expected less than a tenth of its opening, {size:.1e} m: is it too far away, or a unit wrong?",
-                    luminaire.name,
-                ));
-            }
-        }
-    }
-
-    /// A luminaire without extent has no bound on its illuminance where it is.
-    fn warn_of_lamps_at_points(&mut self, places: &[Place<C>], step: f64) {
-        let lamps: Vec<(&str, DVec3)> = self
-            .scene
-            .luminaires
-            .iter()
-            .filter_map(|luminaire| match luminaire.opening {
-                Opening::Point { position, .. } => Some((luminaire.name.as_str(), position)),
-                _ => None,
-            })
-            .collect();
-        for place in places {
-            let receiver = &place.site.receiver;
-            for (name, lamp) in &lamps {
-                let height = (*lamp - receiver.origin.as_dvec3()).dot(receiver.normal.as_dvec3());
-                if receiver.is_plane() && height.abs() > 8.0 * step {
-                    continue;
-                }
-                let distances = (0..receiver.len()).map(|point| receiver.start(point).as_dvec3().distance(*lamp));
-                let nearest = distances.fold(f64::INFINITY, f64::min);
-                if nearest <= 4.0 * step {
-                    self.warnings.push(format!(
-                        "luminaire \"{name}\" has no extent and hangs {nearest:.1e} m from a point that is measured: illuminance \
-                         there has no bound, and what is found depends on rounding; expected an opening, or another place"
-                    ));
-                }
-            }
-        }
-    }
-
     pub(super) fn results(
         self,
         places: &[Place<C>],
@@ -227,17 +42,17 @@ impl<const C: usize> Rendering<'_, C> {
             scene_hash: scene.hash.clone(),
             method: self.plan.method.name().into(),
             tree: self.settings.tree.name().into(),
-            photons_emitted: self.photons_emitted,
-            photons_stored: self.photons_stored,
+            photons_emitted: self.record.photons_emitted,
+            photons_stored: self.record.photons_stored,
             passes: self.done.len(),
             nearest: self.searches.smooth.nearest,
             radius: f64::from(self.searches.smooth.radius),
             seed: self.settings.seed,
             threads: rayon::current_num_threads(),
-            seconds: self.seconds.clone(),
-            total_seconds: self.started.elapsed().as_secs_f64(),
+            seconds: self.record.seconds.clone(),
+            total_seconds: self.record.started.elapsed().as_secs_f64(),
             photon_rays: flux.rays,
-            gather_rays: self.prepared_rays + self.gather_rays,
+            gather_rays: self.record.prepared_rays + self.record.gather_rays,
             left_out: left_out(places),
             flux: FluxBalance {
                 emitted: lumens(flux.emitted),
@@ -252,14 +67,14 @@ impl<const C: usize> Rendering<'_, C> {
             groups: self.group_names().to_vec(),
             maintenance_factor: scene.maintenance_factor,
             claim: worst_of(places, Cell::of),
-            warnings: self.warnings.clone(),
+            warnings: self.record.warnings.iter().map(Warning::to_string).collect(),
         };
         Results { run, maps, sensors: readings, surfaces, images }
     }
 
     /// Flux balance, the mean over all rounds of all passes: each sends out the flux of all luminaires.
     fn mean_balance(&self) -> Tally<C> {
-        self.flux.mean((u64::from(self.done.len().max(1)) * self.rounds()) as f64)
+        self.record.flux.mean((u64::from(self.done.len().max(1)) * self.rounds()) as f64)
     }
 
     fn map(&self, plane: &MeasuringPlane, place: &Place<C>) -> IlluminanceMap {
@@ -324,11 +139,6 @@ impl<const C: usize> Rendering<'_, C> {
             groups: (0..self.group_names().len()).map(|group| place.group_reading(point, group)).collect(),
         }
     }
-}
-
-/// Whether no light was found.
-fn is_dark<const C: usize>(found: &Estimate<C>) -> bool {
-    found.value.iter().all(|&lux| lux == 0.0)
 }
 
 /// What a sensor reads: at its one point, or the mean of those of its disc that have a value, the middle first. Their errors

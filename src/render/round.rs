@@ -110,8 +110,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let receivers: Vec<&Receiver> = places.iter().map(|place| &place.site.receiver).collect();
                 let caught =
                     self.timed("trace photons", tracer.photons(), |this| this.trace(tracer, engine, &receivers, round));
-                self.flux.add(&caught.flux);
-                self.photons_emitted += tracer.photons();
+                self.record.book_photons(tracer.photons(), &caught.flux);
                 let Caught { crossings, witnessed, met, landings, patches, caustics: by_mirrors, .. } = caught;
                 self.add_photons(places, Left { crossings, witnessed, met, landings }, number);
                 caustics = by_mirrors.map(|caustics| self.caustic_map(caustics, rounds, round, engine.area));
@@ -135,7 +134,8 @@ impl<const C: usize> Rendering<'_, C> {
                 self.timed("gather rays", points, |this| {
                     let round = RayRound { number: round, rays, sight, records, patches, groups: this.groups.as_ref() };
                     for Place { site, parts, .. } in places.iter_mut() {
-                        this.gather_rays += parts.iter_mut().map(|part| part.add_rays(&round, site)).sum::<u64>();
+                        this.record.gather_rays +=
+                            parts.iter_mut().map(|part| part.add_rays(&round, site)).sum::<u64>();
                         this.progress.advance(site.receiver.len() as u64);
                     }
                 });
@@ -152,7 +152,7 @@ impl<const C: usize> Rendering<'_, C> {
         let Left { mut crossings, witnessed, met, landings } = left;
         let count = |photons: &Photons<C>| photons.positions.len() as u64;
         let in_trees = count(&landings) + crossings.iter().map(|c| count(&c.sharp) + count(&c.smooth)).sum::<u64>();
-        self.photons_stored += met.len() as u64 + in_trees;
+        self.record.photons_stored += met.len() as u64 + in_trees;
         let search = self.searches.of_pass(pass).smooth;
         let mut arrived: Vec<Arrived<C>> = Vec::new();
         let mut landed = ChosenMap::empty();
@@ -230,7 +230,7 @@ impl<const C: usize> Rendering<'_, C> {
                 for (index, (view, _)) in views.iter_mut().zip(awake()).enumerate().filter(|(_, (_, awake))| *awake) {
                     let seed = Seed(this.settings.seed).branch(PURPOSE_VIEWS).branch(index as u64).branch(batch);
                     let batch = Batch { eye, seed, rays };
-                    this.gather_rays += view.look(&batch, |pixels| this.progress.advance(pixels));
+                    this.record.gather_rays += view.look(&batch, |pixels| this.progress.advance(pixels));
                 }
             });
         }

@@ -105,7 +105,7 @@ impl<const C: usize> Rendering<'_, C> {
                     }
                     bodies => (direct_on_bodies(luminaires, receiver, bodies, &blockers, seed, advance, groups), None),
                 };
-                this.prepared_rays += light.rays;
+                this.record.prepared_rays += light.rays;
                 place.parts.push(Box::new(light));
                 if let Some(faint) = faint {
                     place.parts.push(Box::new(faint));
@@ -148,11 +148,11 @@ impl<const C: usize> Rendering<'_, C> {
                 if receiver.is_plane() && (density == Some(Density::LocalLinear) || has_discs) {
                     let points = (0..receiver.len()).into_par_iter();
                     *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
-                    this.prepared_rays += (FAN * surroundings.len()) as u64;
+                    this.record.prepared_rays += (FAN * surroundings.len()) as u64;
                 }
                 if let (Some(grid), true) = (receiver.grid, helped) {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));
-                    this.prepared_rays += 2 * receiver.len() as u64;
+                    this.record.prepared_rays += 2 * receiver.len() as u64;
                 }
                 this.progress.advance(1);
             }

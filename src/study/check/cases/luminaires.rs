@@ -160,7 +160,11 @@ fn strange() -> Vec<Case> {
     );
     let case = Case::new(LUMINAIRES, "a point in the middle of a cell", "illuminance without bound", in_plane);
     cases.push(case.warned("no bound").quick());
-    // A thousand million times as bright as the other, in two closed cubes: each is lit by its own.
+    cases
+}
+
+/// A thousand million times as bright as the other, in two closed cubes: each is lit by its own.
+fn bright_and_dim() -> Vec<Case> {
     let two = |flux: f64| {
         let floors = plane("first", [0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [16, 16], "surface")
             + &plane("second", [10.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [16, 16], "surface");
@@ -172,6 +176,7 @@ fn strange() -> Vec<Case> {
             mtl: String::new(),
         }
     };
+    let mut cases = Vec::new();
     for method in [Gather, Split, Photons, Path] {
         let name = format!("10⁹ : 1, {}", method.name());
         let case =
@@ -213,5 +218,5 @@ fn grazing() -> Vec<Case> {
 }
 
 pub(super) fn cases() -> Vec<Case> {
-    [in_ceiling(), in_the_way(), strange(), grazing()].concat()
+    [in_ceiling(), in_the_way(), strange(), bright_and_dim(), grazing()].concat()
 }
