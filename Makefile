@@ -23,7 +23,7 @@ test-mpi: setup
 test-live: setup
 	@scripts/test.sh live
 
-# Stiff and extreme cases against their exact answers, in some minutes; writes STABILITY.md.
+# Stiff and extreme cases against their exact answers, in some minutes; writes STABILITY.md and STABILITY.csv.
 check: build
 	target/release/luxmap check -o STABILITY.md
 

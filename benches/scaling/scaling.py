@@ -3,7 +3,7 @@
 
     cargo build --release && python3 benches/scaling/scaling.py
 
-writes scaling.csv and scaling.svg beside this file and prints the tables of docs/SCALING.md; --draw does so from the CSV
+writes scaling.csv and scaling.svg beside this file and prints the tables as Markdown; --draw does so from the CSV
 that is there, --only SERIES measures one series anew. Offices go to a temporary folder: 1.5 GB. Python's own library only.
 """
 

@@ -20,7 +20,8 @@ pub(super) struct Arguments {
     /// List the cases, run none.
     #[arg(long)]
     list: bool,
-    /// Write the table to this Markdown file; what it holds from "## Fuzzing" on is kept.
+    /// Write a summary to this Markdown file, and all rows to a CSV file beside it; what the former holds from "## Fuzzing" on
+    /// is kept.
     #[arg(long, short, value_name = "FILE", visible_alias = "markdown")]
     output: Option<PathBuf>,
     /// Threads [default: all].
@@ -33,6 +34,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let chosen = choose(arguments)?;
+    arguments.output.as_deref().map_or(Ok(()), document::fits)?;
     if arguments.list {
         let titles: String = chosen.iter().map(|case| case.title() + "\n").collect();
         return print(&titles).map(|()| Outcome::Done);

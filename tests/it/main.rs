@@ -15,6 +15,7 @@ mod cli;
 mod control;
 mod converge;
 mod dimming;
+mod documents;
 mod embree;
 mod examples;
 mod extremes;
