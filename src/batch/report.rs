@@ -7,11 +7,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::csv::WriterBuilder;
+use maud::{Markup, Render, html};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::files;
-use crate::report::html::{document, escape, section, table, warnings};
+use crate::report::html::{document, list, own, section, table, warnings};
 use crate::report::table::columns;
 use crate::results::{Results, statistics};
 use crate::text::number::{count, duration, percent, round_to, short};
@@ -291,30 +292,29 @@ fn shown(row: &Row) -> Vec<[String; 5]> {
 
 /// The summary as one HTML file that needs nothing else, and links to each run's report.
 pub fn page(title: &str, rows: &[Row]) -> String {
-    let title = escape(title);
     let said = |row: &Row| row.warnings.iter().map(|warning| format!("{}: {warning}", row.name)).collect::<Vec<_>>();
-    let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", in_short(rows)),
-        messages(rows),
-        warnings(&rows.iter().flat_map(said).collect::<Vec<_>>()),
-        runs(rows),
-    ];
-    document(&title, STYLE, &parts.concat())
+    let main = html! {
+        header { h1 { (title) } p { (in_short(rows)) } }
+        (messages(rows))
+        (warnings(&rows.iter().flat_map(said).collect::<Vec<_>>()))
+        (runs(rows))
+    };
+    document(title, &[STYLE], &main)
 }
 
 /// Why runs failed, and what others miss.
-fn messages(rows: &[Row]) -> String {
+fn messages(rows: &[Row]) -> Markup {
     let said = rows.iter().filter_map(|row| Some((&row.name, row.message.as_ref()?)));
-    let items: String =
-        said.map(|(name, message)| format!("<li><b>{}</b>: {}</li>\n", escape(name), escape(message))).collect();
-    match items.as_str() {
-        "" => items,
-        _ => format!("<section class=\"failed\">\n<h2>Not as asked for</h2>\n<ul>\n{items}</ul>\n</section>\n"),
+    let items: Vec<Markup> = said.map(|(name, message)| html! { b { (name) } ": " (message) }).collect();
+    html! {
+        @if !items.is_empty() {
+            section class="failed" { h2 { "Not as asked for" } (list(items)) } "\n"
+        }
     }
 }
 
 /// All runs in one table.
-fn runs(rows: &[Row]) -> String {
+fn runs(rows: &[Row]) -> Markup {
     let head = [
         "Run",
         "Status",
@@ -328,45 +328,53 @@ fn runs(rows: &[Row]) -> String {
         "Photons",
         "Time",
         "Memory, MB",
-    ];
-    let note = "<p>σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts from \
-                when it was resumed. <code>summary.csv</code> has every place.</p>\n";
-    section("Runs", &(table(head, rows.iter().map(run)) + note))
+    ]
+    .map(own);
+    let content = html! {
+        (table(head, rows.iter().map(run)))
+        p {
+            "σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts from when \
+             it was resumed. " code { "summary.csv" } " has every place."
+        }
+    };
+    section("Runs", content)
 }
 
 /// A run's line.
-fn run(row: &Row) -> [String; 12] {
-    let name = escape(&row.name);
-    let name = match row.figures {
-        Some(_) => format!("<a href=\"{}/report.html\">{name}</a>", escape(&row.name.replace(' ', "%20"))),
-        None => name,
-    };
-    let options = row.options.iter().map(|option| format!("<span>{}</span> ", escape(option)));
-    let under = format!("{}<br>{}", escape(&row.scene.display().to_string()), options.collect::<String>());
+fn run(row: &Row) -> [Markup; 12] {
     let class = match row.status {
         Status::Done | Status::Resumed | Status::DoneBefore if row.message.is_none() => "met",
         Status::Interrupted | Status::NotBegun => "open",
         _ => "missed",
     };
+    let name = html! {
+        @if row.figures.is_some() {
+            a href={ (row.name.replace(' ', "%20")) "/report.html" } { (row.name) }
+        } @else {
+            (row.name)
+        }
+        small { (row.scene.display().to_string()) br; @for option in &row.options { span { (option) } " " } }
+    };
     let places = shown(row);
-    let column = |at: usize| places.iter().map(|place| escape(&place[at])).collect::<Vec<_>>().join("<br>");
+    let column = |at: usize| {
+        html! { @for (number, place) in places.iter().enumerate() { @if number > 0 { br; } (place[at]) } }
+    };
     let [method, passes, photons, time, memory] = row.figures.as_ref().map_or_else(Default::default, |found| {
         let memory = found.peak_memory_bytes.map_or_else(String::new, |bytes| short(bytes as f64 / 1e6));
-        let (passes, photons) = (found.passes.to_string(), count(found.photons));
-        [escape(&found.method), passes, photons, duration(found.seconds), memory]
+        [found.method.clone(), found.passes.to_string(), count(found.photons), duration(found.seconds), memory]
     });
     [
-        format!("{name}<small>{under}</small>"),
-        format!("<span class=\"{class}\">{}</span>", row.status.name()),
+        name,
+        html! { span class=(class) { (row.status.name()) } },
         column(0),
         column(1),
         column(2),
         column(3),
         column(4),
-        method,
-        passes,
-        photons,
-        time,
-        memory,
+        method.render(),
+        passes.render(),
+        photons.render(),
+        time.render(),
+        memory.render(),
     ]
 }

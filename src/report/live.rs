@@ -10,11 +10,11 @@ mod units;
 use std::io::Write as _;
 use std::path::Path;
 
+use maud::Render;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::files;
-use crate::report::html;
 use layers::Packer;
 use units::Unit;
 
@@ -221,7 +221,7 @@ impl Page<'_> {
         let json = serde_json::to_string(&scene).expect("finite numbers and text").replace('<', "\\u003c");
         PAGE.replace("/*style*/", &[include_str!("report.css"), STYLE].concat())
             .replace("/*script*/", &SCRIPT.concat())
-            .replace("<!--title-->", &html::escape(self.title))
+            .replace("<!--title-->", &self.title.render().into_string())
             .replace("<!--version-->", env!("CARGO_PKG_VERSION"))
             .replace("<!--scene-->", &json)
             .replace("<!--layers-->", &packer.finish())

@@ -8,6 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::csv::WriterBuilder;
+use maud::{Markup, html};
 
 use super::figures::{Figures, Spread};
 use super::page::title;
@@ -17,7 +18,7 @@ use crate::error::Error;
 use crate::files;
 use crate::files::write::{first_free, safe};
 use crate::luminaire::photometry::Photometry;
-use crate::report::html::{document, escape};
+use crate::report::html::{document, list, own};
 use crate::report::png::{drawing, polar};
 use crate::report::table::columns;
 use crate::text::number::{round_to, short};
@@ -92,7 +93,7 @@ pub struct Entry {
 struct Found {
     /// Those of [`COLUMNS`] from the third to the last but one.
     cells: Vec<String>,
-    card: String,
+    card: Markup,
     flux: String,
     ratio: String,
     beam: String,
@@ -150,14 +151,12 @@ impl Entry {
     }
 
     /// Its card of the contact sheet.
-    fn card(&self) -> String {
+    fn card(&self) -> Markup {
         match &self.found {
             Ok(found) => found.card.clone(),
-            Err(error) => format!(
-                "<article class=\"card odd\">\n<h2>{}</h2>\n<p class=\"error\">Not read: {}</p>\n</article>\n",
-                escape(&self.file),
-                escape(error)
-            ),
+            Err(error) => html! {
+                article class="card odd" { h2 { (self.file) } p class="error" { "Not read: " (error) } } "\n"
+            },
         }
     }
 }
@@ -227,7 +226,7 @@ fn angles(photometry: &Photometry, spreads: &[Spread; 2]) -> String {
     if photometry.tabulated[0] == 1 || a == b { format!("{a}°") } else { format!("{a}° × {b}°") }
 }
 
-fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, warnings: &[String]) -> String {
+fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, warnings: &[String]) -> Markup {
     let name = title(file, photometry);
     let diagram = polar::small(photometry, figures, &format!("Polar diagram of {name}"));
     let flux = match photometry.flux.filter(|flux| *flux > 0.0) {
@@ -243,24 +242,24 @@ fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, w
     facts.extend(
         photometry.power.map(|power| ("Power", format!("{} W, {} lm/W", short(power), short(figures.flux / power)))),
     );
-    let facts: String = facts.iter().map(|(name, text)| format!("<dt>{name}</dt><dd>{}</dd>", escape(text))).collect();
-    let told: String = warnings.iter().map(|warning| format!("<li>{}</li>", escape(warning))).collect();
-    let told = match warnings.len() {
-        0 => told,
-        1 => format!("<details><summary>1 warning</summary><ul>{told}</ul></details>\n"),
-        count => format!("<details><summary>{count} warnings</summary><ul>{told}</ul></details>\n"),
-    };
-    let maker =
-        [photometry.manufacturer.as_str(), photometry.format.name()].into_iter().filter(|text| !text.is_empty());
-    format!(
-        "<article class=\"card{}\">\n<h2><a href=\"{}/luminaire.html\">{}</a></h2>\n<p>{}<br>{}</p>\n{diagram}<dl>{facts}</dl>\n\
-         {told}</article>\n",
-        if warnings.is_empty() { "" } else { " odd" },
-        address(folder),
-        escape(&name),
-        maker.map(escape).collect::<Vec<_>>().join(" · "),
-        escape(&file.display().to_string()),
-    )
+    let class = if warnings.is_empty() { "card" } else { "card odd" };
+    let maker = [photometry.manufacturer.as_str(), photometry.format.name()];
+    let maker = maker.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" · ");
+    html! {
+        article class=(class) {
+            h2 { a href={ (address(folder)) "/luminaire.html" } { (name) } }
+            p { (maker) br; (file.display().to_string()) } "\n"
+            (diagram)
+            dl { @for (name, text) in &facts { dt { (name) } dd { (text) } } } "\n"
+            @if !warnings.is_empty() {
+                details {
+                    summary { (warnings.len()) @if warnings.len() == 1 { " warning" } @else { " warnings" } }
+                    (list(warnings))
+                }
+            }
+        }
+        "\n"
+    }
 }
 
 /// A name as part of an address.
@@ -325,17 +324,26 @@ impl Sheet {
 
     /// The contact sheet.
     pub fn page(&self) -> String {
-        let cards: String = self.0.iter().map(Entry::card).collect();
-        let main = format!(
-            "<header>\n<h1>Luminaires</h1>\n<p>{}. Diagrams: <span class=\"key first\">C0/C180</span>, \
-             <span class=\"key second\">C90/C270</span>, each to its own largest intensity; the outer circle is that, the inner \
-             one half of it. C0 and C90 are to the right, the nadir is below. <a href=\"{CSV}\">{CSV}</a> has all figures.</p>\n\
-             </header>\n<div class=\"tools\" hidden>\n<label>Filter <input type=\"search\" id=\"filter\"></label>\n\
-             <label><input type=\"checkbox\" id=\"odd\"> only with warnings or not read</label>\n\
-             <output aria-live=\"polite\"></output>\n</div>\n<div class=\"cards\">\n{cards}</div>\n<script>\n{SCRIPT}</script>\n",
-            self.in_short()
-        );
-        document("Luminaires", &format!("{}{STYLE}", drawing::STYLE), &main)
+        let main = html! {
+            header {
+                h1 { "Luminaires" }
+                p {
+                    (self.in_short()) ". Diagrams: " span class="key first" { "C0/C180" } ", "
+                    span class="key second" { "C90/C270" } ", each to its own largest intensity; the outer circle is that, \
+                    the inner one half of it. C0 and C90 are to the right, the nadir is below. "
+                    a href=(CSV) { (CSV) } " has all figures."
+                }
+            }
+            div class="tools" hidden {
+                label { "Filter " input type="search" id="filter"; } "\n"
+                label { input type="checkbox" id="odd"; " only with warnings or not read" } "\n"
+                output aria-live="polite" {}
+            }
+            "\n"
+            div class="cards" { "\n" @for entry in &self.0 { (entry.card()) } }
+            script { "\n" (own(SCRIPT)) }
+        };
+        document("Luminaires", &[drawing::STYLE, STYLE], &main)
     }
 }
 

@@ -2,11 +2,11 @@
 //!
 //! Colours are named by what they are for ([`Role`]), so that a page can give them others in the dark.
 
-use std::fmt::Write as _;
 use std::io;
 
+use maud::{Markup, html};
+
 use super::canvas::{Canvas, Font, Ink};
-use crate::report::html::escape;
 
 /// Looks of drawings within a page: `fill-…` and `stroke-…` for each role.
 pub(crate) const STYLE: &str = include_str!("drawing.css");
@@ -43,9 +43,9 @@ impl Role {
         }
     }
 
-    /// The attribute that draws a line in it, in a page that has [`STYLE`].
+    /// The class that draws a line in it, in a page that has [`STYLE`].
     pub(super) fn stroke(self) -> String {
-        format!("class=\"stroke-{}\"", self.name())
+        format!("stroke-{}", self.name())
     }
 
     fn name(self) -> &'static str {
@@ -160,30 +160,28 @@ impl Drawing {
 
     /// As an SVG file.
     pub(crate) fn svg(&self) -> String {
-        let [width, height] = self.size;
-        let head = format!(
-            "xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-             font-family=\"system-ui, 'Segoe UI', Roboto, Arial, sans-serif\""
-        );
-        let paper = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n");
-        self.elements(&head, &paper, Place::File)
+        self.drawn(Place::File).into_string()
     }
 
     /// As an element of a page that has [`STYLE`]: it takes the width it gets, and the page's colours.
-    pub(crate) fn element(&self) -> String {
-        let [width, height] = self.size;
-        self.elements(&format!("class=\"drawing\" viewBox=\"0 0 {width} {height}\""), "", Place::Page)
+    pub(crate) fn element(&self) -> Markup {
+        self.drawn(Place::Page)
     }
 
-    fn elements(&self, head: &str, paper: &str, place: Place) -> String {
-        let mut svg = format!(
-            "<svg {head} role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{paper}",
-            escape(&self.description)
-        );
-        for item in &self.items {
-            item.element(place, &mut svg);
+    fn drawn(&self, place: Place) -> Markup {
+        let [width, height] = self.size.map(|side| side.to_string());
+        let in_file = place == Place::File;
+        html! {
+            svg xmlns=[in_file.then_some("http://www.w3.org/2000/svg")] class=[(!in_file).then_some("drawing")]
+                viewBox={ "0 0 " (width) " " (height) } width=[in_file.then_some(&width)] height=[in_file.then_some(&height)]
+                font-family=[in_file.then_some("system-ui, 'Segoe UI', Roboto, Arial, sans-serif")]
+                role="img" aria-label=(self.description) {
+                "\n" title { (self.description) } "\n"
+                @if in_file { rect width=(width) height=(height) fill="#fff" {} "\n" }
+                @for item in &self.items { (item.element(place)) "\n" }
+            }
+            "\n"
         }
-        svg + "</svg>\n"
     }
 
     /// As a PNG file.
@@ -215,25 +213,29 @@ impl Drawing {
 }
 
 impl Item {
-    /// Writes its SVG element.
-    fn element(&self, place: Place, svg: &mut String) {
-        let paint = |kind: &str, role: Role| match (place, role.ink()) {
-            (Place::File, [r, g, b]) => format!("{kind}=\"#{r:02x}{g:02x}{b:02x}\""),
-            (Place::Page, _) => format!("class=\"{kind}-{}\"", role.name()),
+    /// Its SVG element.
+    fn element(&self, place: Place) -> Markup {
+        let class = |kind: &str, role: Role| (place == Place::Page).then(|| format!("{kind}-{}", role.name()));
+        let colour = |role: Role| {
+            let [r, g, b] = role.ink();
+            (place == Place::File).then(|| format!("#{r:02x}{g:02x}{b:02x}"))
         };
-        let places = |points: &[[f64; 2]]| -> String {
-            points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
-        };
-        let _ = match self {
-            Self::Line { points, closed, width, role } => writeln!(
-                svg,
-                "<{} points=\"{}\" fill=\"none\" {} stroke-width=\"{width}\" stroke-linejoin=\"round\"/>",
-                if *closed { "polygon" } else { "polyline" },
-                places(points),
-                paint("stroke", *role)
-            ),
+        match self {
+            Self::Line { points, closed, width, role } => {
+                let (points, width) = (corners(points), width.to_string());
+                let (class, colour) = (class("stroke", *role), colour(*role));
+                html! {
+                    @if *closed {
+                        polygon points=(points) fill="none" class=[class] stroke=[colour] stroke-width=(width)
+                            stroke-linejoin="round" {}
+                    } @else {
+                        polyline points=(points) fill="none" class=[class] stroke=[colour] stroke-width=(width)
+                            stroke-linejoin="round" {}
+                    }
+                }
+            }
             Self::Area { points, role } => {
-                writeln!(svg, "<polygon points=\"{}\" {}/>", places(points), paint("fill", *role))
+                html! { polygon points=(corners(points)) class=[class("fill", *role)] fill=[colour(*role)] {} }
             }
             Self::Text { at: [x, y], text, font, anchor, role } => {
                 let size = 0.85 * f64::from(font.height());
@@ -242,15 +244,17 @@ impl Item {
                     Anchor::Middle => "middle",
                     Anchor::End => "end",
                 };
-                let weight = if font.is_bold() { " font-weight=\"600\"" } else { "" };
-                writeln!(
-                    svg,
-                    "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{size:.1}\" text-anchor=\"{anchor}\" {}{weight}>{}</text>",
-                    y + 0.35 * size,
-                    paint("fill", *role),
-                    escape(text)
-                )
+                let [x, y, size] = [*x, y + 0.35 * size, size].map(|length| format!("{length:.1}"));
+                html! {
+                    text x=(x) y=(y) font-size=(size) text-anchor=(anchor) class=[class("fill", *role)]
+                        fill=[colour(*role)] font-weight=[font.is_bold().then_some("600")] { (text) }
+                }
             }
-        };
+        }
     }
+}
+
+/// Corners as an attribute's value, pixels.
+pub(super) fn corners(points: &[[f64; 2]]) -> String {
+    points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }
