@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// One run of a batch.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct BatchRun {
     /// Its name, and that of its folder: unlike all others of the batch.
     pub name: String,
     /// Scene file.
@@ -23,7 +23,7 @@ pub struct Run {
 
 /// How often an option is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Arity {
     /// By its name alone.
     Switch,
     /// Once, with a value: several are several runs.
@@ -33,9 +33,9 @@ pub enum Kind {
 }
 
 /// The options that a batch may give.
-pub struct Options<'a> {
+pub struct BatchOptions<'a> {
     /// Each by its long name.
-    pub known: Vec<(String, Kind)>,
+    pub known: Vec<(String, Arity)>,
     /// Checks an argument such as `--error=0.5`; says what it should be instead.
     pub check: &'a dyn Fn(&str) -> Result<(), String>,
 }

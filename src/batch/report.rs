@@ -82,7 +82,7 @@ impl Status {
 
 /// One run of a batch.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct RunRow {
     /// Its name, and that of its folder.
     pub name: String,
     /// Its scene file.
@@ -92,7 +92,7 @@ pub struct Row {
     /// What became of it.
     pub status: Status,
     /// What it found.
-    pub figures: Option<Figures>,
+    pub figures: Option<RunFigures>,
     /// What the user ought to know.
     pub warnings: Vec<String>,
     /// Why it failed, or which requirement it misses.
@@ -102,7 +102,7 @@ pub struct Row {
 /// What a run found, in short.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Figures {
+pub struct RunFigures {
     /// How it was computed.
     pub method: String,
     /// Seed of the random streams.
@@ -116,13 +116,13 @@ pub struct Figures {
     /// Peak memory, bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// Where light was measured.
-    pub places: Vec<Place>,
+    pub places: Vec<PlaceFigures>,
 }
 
 /// What was found at a place; lx where light can arrive at all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct PlaceFigures {
     /// `plane`, `surface`, `sensor` or `camera`.
     pub kind: String,
     /// Its name.
@@ -137,11 +137,11 @@ pub struct Place {
     pub standard_error_percent: Option<f64>,
 }
 
-impl Figures {
+impl RunFigures {
     /// Those of a run's results.
     pub fn of(results: &Results) -> Self {
         let run = &results.run;
-        let place = |kind: &str, name: &str, known: bool, [mean, min, u0, error]: [Option<f64>; 4]| Place {
+        let place = |kind: &str, name: &str, known: bool, [mean, min, u0, error]: [Option<f64>; 4]| PlaceFigures {
             kind: kind.into(),
             name: name.into(),
             mean_lx: mean.filter(|_| known),
@@ -184,7 +184,7 @@ impl Figures {
 ///
 /// # Errors
 /// [`Error::Write`] where one can't be written.
-pub fn write(title: &str, rows: &[Row], folder: &Path) -> Result<[PathBuf; 2], Error> {
+pub fn write(title: &str, rows: &[RunRow], folder: &Path) -> Result<[PathBuf; 2], Error> {
     let files = ["summary.csv", "report.html"].map(|name| folder.join(name));
     files::write_whole(&files[0], &mut |out| write_csv(rows, out))?;
     files::write_whole(&files[1], &mut |out| out.write_all(page(title, rows).as_bytes()))?;
@@ -195,7 +195,7 @@ pub fn write(title: &str, rows: &[Row], folder: &Path) -> Result<[PathBuf; 2], E
 ///
 /// # Errors
 /// Where `out` fails.
-pub fn write_csv(rows: &[Row], out: &mut impl Write) -> io::Result<()> {
+pub fn write_csv(rows: &[RunRow], out: &mut impl Write) -> io::Result<()> {
     let mut table = WriterBuilder::new().from_writer(out);
     table.write_record(HEAD)?;
     let six = |value: Option<f64>| value.map_or_else(String::new, |value| round_to(value, 6).to_string());
@@ -223,18 +223,18 @@ pub fn write_csv(rows: &[Row], out: &mut impl Write) -> io::Result<()> {
 }
 
 /// The summary as JSON, indented, with a line end.
-pub fn json(rows: &[Row]) -> String {
+pub fn json(rows: &[RunRow]) -> String {
     #[derive(Serialize)]
     struct Batch<'a> {
         luxmap: &'static str,
-        runs: &'a [Row],
+        runs: &'a [RunRow],
     }
     let batch = Batch { luxmap: env!("CARGO_PKG_VERSION"), runs: rows };
     serde_json::to_string_pretty(&batch).expect("numbers, texts and lists make JSON") + "\n"
 }
 
 /// What became of the runs, in one line: `5 runs: 3 done, 2 failed`.
-pub fn in_short(rows: &[Row]) -> String {
+pub fn in_short(rows: &[RunRow]) -> String {
     let parts = Status::ALL.into_iter().filter_map(|(name, status)| {
         let count = rows.iter().filter(|row| row.status == status).count();
         (count > 0).then(|| format!("{count} {name}"))
@@ -244,7 +244,7 @@ pub fn in_short(rows: &[Row]) -> String {
 }
 
 /// The summary for a terminal.
-pub fn text(rows: &[Row]) -> String {
+pub fn text(rows: &[RunRow]) -> String {
     let head = ["run", "status", "passes", "time", "place", "Ē, lx", "E_min, lx", "U₀", "σ, %"];
     let lines = rows.iter().flat_map(|row| {
         let (passes, time) = row
@@ -273,10 +273,10 @@ pub fn text(rows: &[Row]) -> String {
 }
 
 /// Name, Ē, E_min, U₀ and σ of a run's places, as people read them.
-fn shown(row: &Row) -> Vec<[String; 5]> {
+fn shown(row: &RunRow) -> Vec<[String; 5]> {
     let places = row.figures.as_ref().map_or(&[][..], |found| &found.places);
     let known = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "–".into(), text);
-    let line = |place: &Place| {
+    let line = |place: &PlaceFigures| {
         let [mean, min] = [place.mean_lx, place.min_lx].map(|lux| known(lux, short));
         let u0 = known(place.u0, |u0| format!("{u0:.2}"));
         [place.name.clone(), mean, min, u0, known(place.standard_error_percent, |error| percent(error / 100.0))]
@@ -291,8 +291,8 @@ fn shown(row: &Row) -> Vec<[String; 5]> {
 }
 
 /// The summary as one HTML file that needs nothing else, and links to each run's report.
-pub fn page(title: &str, rows: &[Row]) -> String {
-    let said = |row: &Row| row.warnings.iter().map(|warning| format!("{}: {warning}", row.name)).collect::<Vec<_>>();
+pub fn page(title: &str, rows: &[RunRow]) -> String {
+    let said = |row: &RunRow| row.warnings.iter().map(|warning| format!("{}: {warning}", row.name)).collect::<Vec<_>>();
     let main = html! {
         header { h1 { (title) } p { (in_short(rows)) } }
         (messages(rows))
@@ -303,7 +303,7 @@ pub fn page(title: &str, rows: &[Row]) -> String {
 }
 
 /// Why runs failed, and what others miss.
-fn messages(rows: &[Row]) -> Markup {
+fn messages(rows: &[RunRow]) -> Markup {
     let said = rows.iter().filter_map(|row| Some((&row.name, row.message.as_ref()?)));
     let items: Vec<Markup> = said.map(|(name, message)| html! { b { (name) } ": " (message) }).collect();
     html! {
@@ -314,7 +314,7 @@ fn messages(rows: &[Row]) -> Markup {
 }
 
 /// All runs in one table.
-fn runs(rows: &[Row]) -> Markup {
+fn runs(rows: &[RunRow]) -> Markup {
     let head = [
         "Run",
         "Status",
@@ -341,7 +341,7 @@ fn runs(rows: &[Row]) -> Markup {
 }
 
 /// A run's line.
-fn run(row: &Row) -> [Markup; 12] {
+fn run(row: &RunRow) -> [Markup; 12] {
     let class = match row.status {
         Status::Done | Status::Resumed | Status::DoneBefore if row.message.is_none() => "met",
         Status::Interrupted | Status::NotBegun => "open",

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::options::values_of;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Include, Outcome, complain, print, results_folder};
 use crate::error::Error;
 use crate::files::Claim;
@@ -12,7 +12,7 @@ use crate::options::{Method, Options};
 use crate::photon_map::Tree;
 use crate::scene::Scene;
 use crate::study::convergence::report;
-use crate::study::convergence::{Common, Study, ladder, reference};
+use crate::study::convergence::{CommonSettings, Study, ladder, reference};
 
 /// Photons a pass, where the user names none: the seed office takes about a minute with three methods and three seeds.
 const PHOTONS: [u64; 5] = [30_000, 100_000, 300_000, 1_000_000, 3_000_000];
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         or(&arguments.passes, &[1]),
     );
     let pool = pool(arguments.threads)?;
-    let bar = Bar::new(arguments.quiet);
+    let bar = TerminalBar::new(arguments.quiet);
     let study = pool.install(|| {
         let unused = common.seed.wrapping_sub(1);
         let references = reference::complete(given, &scene, unused, &bar)?;
@@ -110,10 +110,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// What the scene file sets holds for every run.
-fn common(arguments: &Arguments, scene: &Scene) -> Common {
+fn common(arguments: &Arguments, scene: &Scene) -> CommonSettings {
     let Options { radius, tree, seed, .. } =
         Options { seed: arguments.seed, ..Options::default() }.over(scene.render.clone());
-    Common { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
+    CommonSettings { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
 }
 
 /// The methods asked for; all where none is named.

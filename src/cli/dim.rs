@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::common::{Common, flag};
-use super::influence::Found;
+use super::influence::MatrixRun;
 use super::options::Taker;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, influence, print};
-use crate::dimming::report::{Found as Reported, dimming};
+use crate::dimming::report::{DimmingResult, dimming};
 use crate::dimming::sure::{Known, solve_surely};
 use crate::dimming::verify::{Verified, named, verify};
 use crate::dimming::{Goal, Influence, page};
@@ -30,7 +30,7 @@ use crate::scene::Dimming;
 #[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    common: Common<Taken>,
+    common: Common<DimTaker>,
     /// The matrix that luxmap influence has written for this scene, instead of computing it.
     #[arg(long, value_name = "FILE")]
     influence: Option<PathBuf>,
@@ -46,9 +46,9 @@ pub(super) struct Arguments {
 }
 
 /// Takes the options of `luxmap dim`.
-struct Taken;
+struct DimTaker;
 
-impl Taker for Taken {
+impl Taker for DimTaker {
     const COMMAND: Command = Command::Dim;
 }
 
@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
     let common = &arguments.common;
     let folder = common.folder("-dim");
-    let bar = Bar::new(common.quiet);
+    let bar = TerminalBar::new(common.quiet);
     let (matrix, found) = match &arguments.influence {
         Some(path) => (Influence::read(path)?, None),
         None => {
@@ -88,7 +88,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             Ok((results, !interrupted()))
         })?
     };
-    let reported = Reported {
+    let reported = DimmingResult {
         known: &known,
         sure: &sure,
         verdicts: known.verdicts(&sure.answer.levels, sigmas),
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         written.extend(report::write(results, &folder, &common.layers())?);
     }
     // Layers of the maps are known where the matrix was computed here.
-    if let Some(Found { scene, results, .. }) = &found {
+    if let Some(MatrixRun { scene, results, .. }) = &found {
         let path = folder.join("live.html");
         page::write(scene, &known, sigmas, results, Some(&sure.answer), &path)?;
         written.push(path);
@@ -130,15 +130,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// Writes `dimming.json`; returns its path.
-fn write_levels(reported: &Reported<'_>, folder: &Path) -> Result<PathBuf, Error> {
+fn write_levels(reported: &DimmingResult<'_>, folder: &Path) -> Result<PathBuf, Error> {
     let path = folder.join("dimming.json");
     named(&reported.known.mean, &reported.sure.answer.levels).write(&path, &about(reported))?;
     Ok(path)
 }
 
 /// What there is to say beside the levels.
-fn about(reported: &Reported<'_>) -> [(&'static str, serde_json::Value); 9] {
-    let Reported { known, sure, confidence, renders, .. } = reported;
+fn about(reported: &DimmingResult<'_>) -> [(&'static str, serde_json::Value); 9] {
+    let DimmingResult { known, sure, confidence, renders, .. } = reported;
     let matrix = &known.mean;
     [
         ("scene", json!(matrix.scene)),
@@ -154,8 +154,8 @@ fn about(reported: &Reported<'_>) -> [(&'static str, serde_json::Value); 9] {
 }
 
 /// What a sensor has by all that is known, and in the render that verifies it.
-fn sensor(reported: &Reported<'_>, number: usize) -> serde_json::Value {
-    let Reported { known, sure, verdicts, verified, .. } = reported;
+fn sensor(reported: &DimmingResult<'_>, number: usize) -> serde_json::Value {
+    let DimmingResult { known, sure, verdicts, verified, .. } = reported;
     let (place, levels) = (&known.mean.sensors[number], &sure.answer.levels);
     let reading = verified.and_then(|results| results.sensor(&place.name));
     json!({
@@ -173,8 +173,8 @@ fn sensor(reported: &Reported<'_>, number: usize) -> serde_json::Value {
 }
 
 /// Names sensors whose targets are not surely met; whether there are some.
-fn tell_missed(reported: &Reported<'_>, goal: Goal) -> bool {
-    let Reported { known, sure, verdicts, .. } = reported;
+fn tell_missed(reported: &DimmingResult<'_>, goal: Goal) -> bool {
+    let DimmingResult { known, sure, verdicts, .. } = reported;
     let mut short = false;
     for (number, verdict) in verdicts.iter().enumerate() {
         let place = &known.mean.sensors[number];

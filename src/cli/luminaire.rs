@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Outcome, complain, one_line, print};
 use crate::error::{Error, InputError, Location};
 use crate::files;
@@ -86,7 +86,7 @@ fn many(arguments: &[PathBuf], options: &Arguments) -> Result<Outcome, Error> {
     let home = options.output.clone().unwrap_or_else(|| Path::new("out").join("luminaires"));
     let _claim = Claim::of(&home)?;
     let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
-    let bar = Bar::new(options.quiet);
+    let bar = TerminalBar::new(options.quiet);
     bar.stage("files", files.len() as u64);
     let entries = files.par_iter().zip(luminaire::folders(&names)).map(|(file, folder)| {
         let read = match &file.unread {

@@ -12,7 +12,7 @@ use super::complain;
 use super::options::Taker;
 #[cfg(feature = "mpi")]
 use super::options::said;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::signals::end_after_pass;
 use crate::dimming::sure::Known;
 use crate::dimming::{Influence, page};
@@ -32,7 +32,7 @@ use crate::scene::{Dimming, Levels};
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    pub(super) common: Common<Render>,
+    pub(super) common: Common<RenderTaker>,
     /// Keep the state after each pass in this file, and go on from it if it is there.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
@@ -48,15 +48,15 @@ pub(super) struct Arguments {
 }
 
 /// Takes the options of `luxmap render`.
-pub(super) struct Render;
+pub(super) struct RenderTaker;
 
-impl Taker for Render {
+impl Taker for RenderTaker {
     const COMMAND: Command = Command::Render;
 }
 
 impl Arguments {
     /// What is asked for.
-    pub(super) fn job<'a>(&self, bar: &'a Bar) -> Result<Job<'a>, Error> {
+    pub(super) fn job<'a>(&self, bar: &'a TerminalBar) -> Result<Job<'a>, Error> {
         let dimming = match &self.dimming {
             Some(path) => Dimming::Levels(Levels::read(path)?),
             None => Dimming::AsWritten,
@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(Error::Usage(format!("found {found} MPI processes, expected a luxmap built with --features mpi")));
     }
     end_after_pass();
-    let bar = Bar::new(arguments.common.quiet);
+    let bar = TerminalBar::new(arguments.common.quiet);
     if arguments.live {
         return live(arguments, &bar);
     }
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 /// The same, as one of several processes. What ails all is said once.
 #[cfg(feature = "mpi")]
 fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
-    let bar = Bar::new(arguments.common.quiet || world.rank() > 0);
+    let bar = TerminalBar::new(arguments.common.quiet || world.rank() > 0);
     let prepared = prepare(arguments, &bar, world.rank() == 0);
     // A launcher ends all processes as soon as one has failed: what there is to say comes before any leaves.
     match (world.first_failure(prepared.is_err()), prepared) {
@@ -132,7 +132,7 @@ struct Prepared<'a> {
 }
 
 /// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the folder.
-fn prepare<'a>(arguments: &Arguments, bar: &'a Bar, leads: bool) -> Result<Prepared<'a>, Error> {
+fn prepare<'a>(arguments: &Arguments, bar: &'a TerminalBar, leads: bool) -> Result<Prepared<'a>, Error> {
     let planned = arguments.job(bar)?.planned()?;
     let folder = arguments.common.folder("");
     let claim = leads.then(|| Claim::of(&folder)).transpose()?;
@@ -140,7 +140,12 @@ fn prepare<'a>(arguments: &Arguments, bar: &'a Bar, leads: bool) -> Result<Prepa
 }
 
 /// Computes, writes and tells.
-fn finish(arguments: &Arguments, prepared: &Prepared<'_>, bar: &Bar, team: &dyn Team) -> Result<Outcome, Error> {
+fn finish(
+    arguments: &Arguments,
+    prepared: &Prepared<'_>,
+    bar: &TerminalBar,
+    team: &dyn Team,
+) -> Result<Outcome, Error> {
     let results = prepared.planned.shared(team)?;
     bar.clear();
     let Some(results) = results else { return Ok(Outcome::Done) };
@@ -149,7 +154,7 @@ fn finish(arguments: &Arguments, prepared: &Prepared<'_>, bar: &Bar, team: &dyn 
 }
 
 /// Renders with every luminaire told apart, and writes the page beside what is asked for.
-fn live(arguments: &Arguments, bar: &Bar) -> Result<Outcome, Error> {
+fn live(arguments: &Arguments, bar: &TerminalBar) -> Result<Outcome, Error> {
     let common = &arguments.common;
     let job = arguments.job(bar)?;
     let groups_asked = job.asks_for_groups();

@@ -13,12 +13,12 @@ mod script;
 mod summary;
 mod uniform;
 
-use crate::dimming::influence::{Dimmable, Place};
+use crate::dimming::influence::{Dimmable, SensorRow};
 use crate::dimming::{Answer, Goal, Influence, solve};
 use crate::error::{Error, InputError};
 use crate::random::{Seed, Stream};
 use crate::scene::fields::Fields;
-pub use ana_rc::{AnaRc, Parameters};
+pub use ana_rc::{AnaRc, AnaRcParameters};
 pub use script::{Act, Event, Script};
 pub use summary::{HOLD, Phase, phases};
 
@@ -66,7 +66,7 @@ impl<'a> Installation<'a> {
     }
 
     /// The sensors, in the order of readings.
-    pub fn sensors(&self) -> &'a [Place] {
+    pub fn sensors(&self) -> &'a [SensorRow] {
         &self.influence.sensors
     }
 
@@ -82,7 +82,7 @@ pub struct Observation<'a> {
     /// Time since the start, s.
     pub time: f64,
     /// One for each sensor.
-    pub sensors: &'a [Seen],
+    pub sensors: &'a [SensorSignal],
     /// What luminaires were told to be at, while this was measured; one that has failed doesn't say so.
     pub levels: &'a [f64],
     /// The power meter, in [`Influence::power_unit`].
@@ -95,7 +95,7 @@ pub struct Observation<'a> {
 
 /// What comes from a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct SensorSignal {
     /// E, lx, with noise; nothing from one that is silent.
     pub reading: Option<f64>,
     /// What the worker there asks for, lx; nothing where nobody sits.
@@ -106,7 +106,7 @@ pub struct Seen {
 
 /// A measurement, and what was true at the time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TimeStep {
     /// Time since the start, s.
     pub time: f64,
     /// What is drawn, in [`Influence::power_unit`].
@@ -116,7 +116,7 @@ pub struct Row {
     /// True E of each sensor, lx.
     pub lux: Vec<f64>,
     /// What came from each sensor, and what is asked for there.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<SensorSignal>,
     /// True level of each luminaire.
     pub levels: Vec<f64>,
 }
@@ -125,7 +125,7 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// One for each measurement.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TimeStep>,
     /// Events that came about together: the time, s, in words, and whether all targets can be met from then on. The first is
     /// the start.
     pub turns: Vec<Turn>,
@@ -204,7 +204,7 @@ impl Room {
     }
 
     /// What all sensors send: numbers are drawn for each of them, whatever ails it.
-    fn seen(&self, lux: &[f64], stream: &mut Stream) -> Vec<Seen> {
+    fn seen(&self, lux: &[f64], stream: &mut Stream) -> Vec<SensorSignal> {
         let see = |(sensor, &lux): (usize, &f64)| {
             let noise = self.noise[sensor] * normal(stream);
             let place = &self.influence.sensors[sensor];
@@ -213,7 +213,7 @@ impl Room {
                 Some(Fault::Silent) => None,
                 Some(Fault::Stuck(lux)) => Some(lux),
             };
-            Seen { reading, target: place.target, tolerance: place.tolerance }
+            SensorSignal { reading, target: place.target, tolerance: place.tolerance }
         };
         lux.iter().enumerate().map(see).collect()
     }
@@ -320,7 +320,7 @@ pub fn simulate_with(
         let power = draws.iter().sum();
         let observation = Observation { time, sensors: &seen, levels: &told, power, draws: &draws, oracle: &best };
         let next = controller.step(&observation, &mut own);
-        series.rows.push(Row { time, power, optimum: best_power, lux, seen, levels });
+        series.rows.push(TimeStep { time, power, optimum: best_power, lux, seen, levels });
         // Where a controller says too little, luminaires stay as they are.
         for ((told, next), luminaire) in told.iter_mut().zip(next).zip(&influence.luminaires) {
             *told = possible(luminaire, next);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use maud::{Markup, html};
 use serde::Serialize;
 
-use crate::control::{HOLD, Phase, Row, Script, Series, Turn, phases};
+use crate::control::{HOLD, Phase, Script, Series, TimeStep, Turn, phases};
 use crate::dimming::Influence;
 use crate::error::Error;
 use crate::error::invalid;
@@ -143,7 +143,7 @@ pub fn table(simulation: &Simulation<'_>) -> String {
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct ControlJson<'a> {
     luxmap: &'static str,
     scene: &'a str,
     scene_sha256: &'a str,
@@ -188,7 +188,7 @@ pub fn json(simulation: &Simulation<'_>) -> String {
         mean_miss_lx: phase.mean_miss,
         out_of_reach: phase.out_of_reach.iter().map(|&sensor| influence.sensors[sensor].name.clone()).collect(),
     };
-    let summary = Summary {
+    let summary = ControlJson {
         luxmap: env!("CARGO_PKG_VERSION"),
         scene: &influence.scene,
         scene_sha256: &influence.scene_sha256,
@@ -256,13 +256,13 @@ fn events(chart: &mut Chart, series: &Series, [low, high]: [f64; 2]) {
 }
 
 /// A curve over time: where there are too many points, least and largest of each stretch.
-fn curve(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
+fn curve(series: &Series, value: impl Fn(&TimeStep) -> f64) -> Vec<[f64; 2]> {
     let stretch = (2 * series.rows.len()).div_ceil(MOST_POINTS).max(1);
-    let point = |row: &Row| [row.time / 60.0, value(row)];
+    let point = |row: &TimeStep| [row.time / 60.0, value(row)];
     if stretch <= 2 {
         return series.rows.iter().map(point).collect();
     }
-    let ends = |rows: &[Row]| {
+    let ends = |rows: &[TimeStep]| {
         let points: Vec<[f64; 2]> = rows.iter().map(point).collect();
         let least = *points.iter().min_by(|a, b| a[1].total_cmp(&b[1])).expect("a stretch has rows");
         let most = *points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("a stretch has rows");
@@ -283,7 +283,7 @@ fn power_chart(simulation: &Simulation<'_>) -> Markup {
 }
 
 /// A curve that jumps at turns and is level between.
-fn steps(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
+fn steps(series: &Series, value: impl Fn(&TimeStep) -> f64) -> Vec<[f64; 2]> {
     let ends = series.turns.iter().skip(1).map(|turn| turn.row).chain([series.rows.len()]);
     let level = |(turn, end): (&Turn, usize)| {
         let value = value(&series.rows[turn.row]);

@@ -30,7 +30,7 @@ pub struct Influence {
     /// Columns.
     pub luminaires: Vec<Dimmable>,
     /// Rows.
-    pub sensors: Vec<Place>,
+    pub sensors: Vec<SensorRow>,
     /// E at full output, lx: a row for each sensor.
     pub lux: Vec<Vec<f64>>,
     /// Standard error (1 σ) of each entry, lx. Those of a row are not independent: they share photons and rays.
@@ -57,7 +57,7 @@ pub struct Dimmable {
 /// A sensor to serve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct SensorRow {
     /// Its name.
     pub name: String,
     /// World position, m.
@@ -72,7 +72,7 @@ pub struct Place {
     pub daylight: f64,
 }
 
-impl Place {
+impl SensorRow {
     /// Least and most E that is welcome there, lx; nothing where none is asked for.
     pub fn band(&self) -> Option<[f64; 2]> {
         let target = self.target?;
@@ -98,7 +98,7 @@ impl Influence {
             candela: Some(axial_intensity(luminaire) / luminaire.supply.level).filter(|candela| *candela > 0.0),
             supply: luminaire.supply.clone(),
         };
-        let sensors = scene.sensors.iter().map(|sensor| Place {
+        let sensors = scene.sensors.iter().map(|sensor| SensorRow {
             name: sensor.name.clone(),
             position: (sensor.position + scene.centre).to_array(),
             normal: sensor.normal.to_array(),

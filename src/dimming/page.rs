@@ -9,7 +9,7 @@ use super::sure::Known;
 use crate::error::Error;
 use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
-use crate::report::live::{Lamp, Map, Page, Sensor};
+use crate::report::live::{LiveLamp, LiveSensor, Map, Page};
 use crate::report::table;
 use crate::results::{IlluminanceMap, Results};
 use crate::scene::Scene;
@@ -30,7 +30,7 @@ pub fn write(
     let matrix = &known.mean;
     // Planes along which sensors move come first: that is where people look.
     let serves = |map: &&IlluminanceMap| {
-        let on = |place: &super::influence::Place| lies_on(map, place.position.into(), place.normal.into());
+        let on = |place: &super::influence::SensorRow| lies_on(map, place.position.into(), place.normal.into());
         !matrix.sensors.iter().any(on)
     };
     let mut maps: Vec<&IlluminanceMap> = results.maps.iter().collect();
@@ -38,7 +38,7 @@ pub fn write(
     let level = |lamp: usize| matrix.luminaires[lamp].supply.level;
     let lamp = |(number, luminaire): (usize, &Luminaire)| {
         let dimmable = &matrix.luminaires[number];
-        Lamp {
+        LiveLamp {
             name: dimmable.name.clone(),
             group: dimmable.group.clone(),
             outline: outline(luminaire, scene.centre),
@@ -71,7 +71,7 @@ pub fn write(
     let sensor = |number: usize| {
         let place = &matrix.sensors[number];
         let (position, normal) = (DVec3::from(place.position), DVec3::from(place.normal));
-        Sensor {
+        LiveSensor {
             name: place.name.clone(),
             position: place.position,
             plane: maps.iter().position(|map| lies_on(map, position, normal)),

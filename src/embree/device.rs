@@ -46,15 +46,15 @@ pub(super) fn library() -> Result<&'static Path, Error> {
 
 /// Bytes that Embree holds, as it reports them.
 #[derive(Default)]
-struct Memory {
+struct MemoryCount {
     now: AtomicI64,
     peak: AtomicI64,
 }
 
 /// Called by Embree, from any of its threads, whenever it takes or gives back memory. Never says no.
 extern "C" fn watch_memory(memory: *mut c_void, bytes: isize, _after: bool) -> bool {
-    // SAFETY: `Device::new` registered a pointer to a `Memory` that outlives the device, and only atomics are written.
-    let memory = unsafe { &*memory.cast::<Memory>() };
+    // SAFETY: `Device::new` registered a pointer to a `MemoryCount` that outlives the device, and only atomics are written.
+    let memory = unsafe { &*memory.cast::<MemoryCount>() };
     let bytes = bytes as i64;
     let now = memory.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
     memory.peak.fetch_max(now, Ordering::Relaxed);
@@ -66,7 +66,7 @@ pub(super) struct Device {
     embree: &'static Embree,
     handle: sys::RTCDevice,
     /// Boxed: Embree keeps its address.
-    memory: Box<Memory>,
+    memory: Box<MemoryCount>,
 }
 
 impl Device {
@@ -81,10 +81,10 @@ impl Device {
         }
         let device = Self { embree, handle, memory: Box::default() };
         device.check_release()?;
-        // SAFETY: the device is valid; the function reads the pointer as the `Memory` it is, which is dropped after the
+        // SAFETY: the device is valid; the function reads the pointer as the `MemoryCount` it is, which is dropped after the
         // device is released.
         unsafe {
-            let memory = ptr::from_ref::<Memory>(&device.memory).cast_mut().cast();
+            let memory = ptr::from_ref::<MemoryCount>(&device.memory).cast_mut().cast();
             (embree.interface.rtcSetDeviceMemoryMonitorFunction)(handle, Some(watch_memory), memory);
         }
         Ok(device)
@@ -149,7 +149,7 @@ pub(super) struct Scene {
 unsafe impl Sync for Scene {}
 // SAFETY: Embree's handles belong to no thread: reference counts are atomic, and any thread may release them.
 unsafe impl Send for Scene {}
-// SAFETY: as for `Scene`; shared, a device is only kept alive and its `Memory` read, which is atomic.
+// SAFETY: as for `Scene`; shared, a device is only kept alive and its `MemoryCount` read, which is atomic.
 unsafe impl Sync for Device {}
 // SAFETY: as for `Scene`.
 unsafe impl Send for Device {}

@@ -75,7 +75,7 @@ pub struct RayCaster {
     #[cfg_attr(not(test), expect(dead_code, reason = "Embree reads it"))]
     buffers: Buffers,
     /// One for each triangle.
-    planes: Vec<Plane>,
+    planes: Vec<TrianglePlane>,
     /// What coordinates count as at least, m, when a ray start steps off a surface.
     smallest_coordinate: f32,
     /// The largest of the mesh or, where something is far, of the triangles that come near what is measured, m.
@@ -128,7 +128,11 @@ impl RayCaster {
         let scene = Scene::commit(&device, &buffers)?;
         let smallest = EXTENT_FLOOR * extent(mesh, near);
         let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
-            Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
+            TrianglePlane::through(
+                triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])),
+                smallest,
+                material,
+            )
         });
         let planes = planes.collect();
         let largest_coordinate = largest_coordinate(mesh, near);
@@ -266,7 +270,7 @@ pub fn library() -> Result<&'static Path, Error> {
 /// What a hit needs to know of its triangle, in half a cache line: fetching index and vertices instead makes rays about
 /// a tenth slower.
 #[repr(align(32))]
-struct Plane {
+struct TrianglePlane {
     /// Unit normal.
     normal: Vec3,
     /// How far off the triangle a ray starts, m.
@@ -276,7 +280,7 @@ struct Plane {
     material: u32,
 }
 
-impl Plane {
+impl TrianglePlane {
     /// The plane of a triangle whose coordinates count as `smallest` (m) at least.
     fn through([a, b, c]: [Vec3; 3], smallest: f32, material: u32) -> Self {
         let size = a.abs().max(b.abs()).max(c.abs()).max_element().max(smallest);

@@ -53,12 +53,12 @@ pub(crate) const MOST_NODES: u32 = 2_000_000;
 pub(crate) const LARGEST_OBJ: u64 = 16 << 30;
 
 /// The folders whose files a scene may name.
-pub(crate) struct Reach {
+pub(crate) struct AllowedFolders {
     /// Without links and `..`.
     folders: Vec<PathBuf>,
 }
 
-impl Reach {
+impl AllowedFolders {
     /// The scene file's own folder, and those the user gives.
     pub(crate) fn of(scene: &Path, include: &[PathBuf]) -> Self {
         let own = scene.parent().unwrap_or(Path::new(""));

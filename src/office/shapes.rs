@@ -71,7 +71,7 @@ impl Detail {
 
 /// A face of a box: its axis, and whether it is that at the high end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Face {
+pub(super) struct BoxFace {
     pub(super) axis: usize,
     pub(super) high: bool,
 }
@@ -125,7 +125,7 @@ impl BoxGrid {
 
     /// Calls `take` with every cell of every face: where it is, counted along the next axis and the one after it, and the
     /// numbers of its corners, counter-clockwise seen from outside.
-    pub(super) fn quads(self, mut take: impl FnMut(Face, [usize; 2], [u32; 4])) {
+    pub(super) fn quads(self, mut take: impl FnMut(BoxFace, [usize; 2], [u32; 4])) {
         for axis in 0..3 {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             for high in [false, true] {
@@ -139,7 +139,7 @@ impl BoxGrid {
                         };
                         let [p, q] = if high { [(1, 0), (0, 1)] } else { [(0, 1), (1, 0)] };
                         let corners = [corner(0, 0), corner(p.0, p.1), corner(1, 1), corner(q.0, q.1)];
-                        take(Face { axis, high }, [a, b], corners);
+                        take(BoxFace { axis, high }, [a, b], corners);
                     }
                 }
             }

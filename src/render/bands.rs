@@ -25,7 +25,7 @@ const HALO: usize = smooth::REACH;
 pub const MOST_CELLS: usize = 1 << 22;
 
 /// Rows of a plane that are computed together.
-struct Band {
+struct RowBand {
     /// Those that are its own.
     rows: [usize; 2],
     /// Those and their neighbours.
@@ -176,9 +176,9 @@ impl Work<'_> {
     ) -> Result<Option<IlluminanceMap>, Error> {
         let [columns, rows] = plane.cells;
         let own = band_rows(plane, most_cells).unwrap_or(rows);
-        let bands: Vec<Band> = (0..rows)
+        let bands: Vec<RowBand> = (0..rows)
             .step_by(own)
-            .map(|first| Band {
+            .map(|first| RowBand {
                 rows: [first, (first + own).min(rows)],
                 around: [first.saturating_sub(HALO), (first + own + HALO).min(rows)],
             })
@@ -190,7 +190,7 @@ impl Work<'_> {
         }
         let mut found: Vec<Option<IlluminanceMap>> = bands.iter().map(|_| None).collect();
         for index in std::iter::once(middle).chain((0..bands.len()).filter(|&index| index != middle)) {
-            let Band { around: [low, high], .. } = bands[index];
+            let RowBand { around: [low, high], .. } = bands[index];
             let share = |row: usize| row as f64 / rows as f64;
             let band = MeasuringPlane {
                 corner: plane.corner + plane.across * share(low),

@@ -62,14 +62,14 @@ const UNNOTICED: f64 = 0.2;
 
 /// What further rays found at one point, means of each round.
 #[derive(Clone)]
-struct Found<const C: usize> {
+struct RoundMeans<const C: usize> {
     /// Light that has bounced, but for [`Place::rest`].
     bounced: [[f64; C]; ROUNDS],
     /// That of faint luminaires.
     faint: [[f64; C]; ROUNDS],
 }
 
-impl<const C: usize> Found<C> {
+impl<const C: usize> RoundMeans<C> {
     /// Photometric mean of the rounds from `first` on, every `step`.
     fn mean(&self, first: usize, step: usize) -> f64 {
         let rounds = (first..ROUNDS).step_by(step);
@@ -127,7 +127,7 @@ impl End {
 type Asked = (u64, usize, u64);
 
 /// Sends further rays from the points of one place.
-struct Reader<'a, const C: usize> {
+struct FurtherRays<'a, const C: usize> {
     sight: &'a Sight<'a, C>,
     place: &'a Place<C>,
     seed: Seed,
@@ -137,10 +137,10 @@ struct Reader<'a, const C: usize> {
 }
 
 /// What a race for one end of some cells came to.
-struct Outcome<const C: usize> {
+struct RaceResult<const C: usize> {
     reading: Reading,
     /// Points read last, what they read, and its variance as a part of the square of what they read.
-    last: Vec<(usize, Found<C>)>,
+    last: Vec<(usize, RoundMeans<C>)>,
     relative_variance: f64,
 }
 
@@ -165,7 +165,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_EXTREMES).branch(index as u64);
                 let aim = worst_of(&places[index..=index], Cell::of).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
-                let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
+                let reader = FurtherRays { sight, place, seed, aim, cast: AtomicU64::new(0) };
                 let (ends, again) = if parts.first().is_some_and(|all| reader.knows(all)) {
                     reader.parts(&parts)
                 } else {
@@ -195,7 +195,7 @@ impl<const C: usize> Rendering<'_, C> {
 /// What a point is read to be: light that has bounced, but for the rest, and of faint luminaires.
 type Again<const C: usize> = BTreeMap<usize, [Estimate<C>; 2]>;
 
-impl<const C: usize> Reader<'_, C> {
+impl<const C: usize> FurtherRays<'_, C> {
     /// Both ends of every part, and the points that were read for them.
     fn parts(&self, parts: &[Vec<usize>]) -> (Vec<[Reading; 2]>, Again<C>) {
         let (mut known, mut again) = (HashMap::new(), Again::new());
@@ -256,7 +256,7 @@ impl<const C: usize> Reader<'_, C> {
     }
 
     /// The extreme one of some points; `None` where there is no point.
-    fn race(&self, points: &[usize], end: End, known: &mut HashMap<Asked, Found<C>>) -> Option<Outcome<C>> {
+    fn race(&self, points: &[usize], end: End, known: &mut HashMap<Asked, RoundMeans<C>>) -> Option<RaceResult<C>> {
         let mut waiting: Vec<Belief> = points.iter().map(|&point| self.belief(point)).collect();
         end.sort(&mut waiting);
         let darkest = *waiting.first()?;
@@ -288,11 +288,17 @@ impl<const C: usize> Reader<'_, C> {
             Reading { lux: darkest.lux, error: darkest.variance.sqrt() } // no ray has told anything
         };
         let last = last.into_iter().map(|(belief, found)| (belief.point, found)).collect();
-        Some(Outcome { reading, last, relative_variance })
+        Some(RaceResult { reading, last, relative_variance })
     }
 
     /// What each half of the last rays says of the cell that the other half chose.
-    fn crossed(&self, last: &[(Belief, Found<C>)], relative_variance: f64, dropped: &[Belief], end: End) -> Reading {
+    fn crossed(
+        &self,
+        last: &[(Belief, RoundMeans<C>)],
+        relative_variance: f64,
+        dropped: &[Belief],
+        end: End,
+    ) -> Reading {
         let lux = |index: usize, first: usize, step: usize| {
             let (belief, found) = &last[index];
             self.fixed(belief.point).0 + found.mean(first, step)
@@ -354,8 +360,8 @@ impl<const C: usize> Reader<'_, C> {
         racing: &mut [Belief],
         level: u64,
         rays: u64,
-        known: &mut HashMap<Asked, Found<C>>,
-    ) -> (Vec<Found<C>>, f64) {
+        known: &mut HashMap<Asked, RoundMeans<C>>,
+    ) -> (Vec<RoundMeans<C>>, f64) {
         let fresh: Vec<usize> = racing
             .iter()
             .map(|belief| belief.point)
@@ -364,16 +370,16 @@ impl<const C: usize> Reader<'_, C> {
         let rounds = (0..fresh.len() * ROUNDS).into_par_iter();
         let rounds: Vec<[[f64; C]; 2]> =
             rounds.map(|index| self.from(fresh[index / ROUNDS], level, index % ROUNDS, rays)).collect();
-        let found = rounds
-            .as_chunks::<ROUNDS>()
-            .0
-            .iter()
-            .map(|rounds| Found { bounced: rounds.map(|[bounced, _]| bounced), faint: rounds.map(|[_, faint]| faint) });
-        let found: Vec<Found<C>> = found.collect();
+        let found = rounds.as_chunks::<ROUNDS>().0.iter().map(|rounds| RoundMeans {
+            bounced: rounds.map(|[bounced, _]| bounced),
+            faint: rounds.map(|[_, faint]| faint),
+        });
+        let found: Vec<RoundMeans<C>> = found.collect();
         known.extend(fresh.into_iter().map(|point| (level, point, rays)).zip(found));
-        let found: Vec<Found<C>> = racing.iter().map(|belief| known[&(level, belief.point, rays)].clone()).collect();
+        let found: Vec<RoundMeans<C>> =
+            racing.iter().map(|belief| known[&(level, belief.point, rays)].clone()).collect();
         let squares: f64 = found.iter().map(|found| found.mean(0, 1).powi(2)).sum();
-        let scatter: f64 = found.iter().map(Found::variance).sum();
+        let scatter: f64 = found.iter().map(RoundMeans::variance).sum();
         let relative = if squares > 0.0 { scatter / squares } else { 0.0 };
         if relative > 0.0 {
             for (belief, found) in racing.iter_mut().zip(&found) {

@@ -10,7 +10,7 @@ use super::{Rendering, Settings};
 use crate::error::{Error, InputError, Location};
 use crate::render::plan::Plan;
 use crate::scene::Scene;
-use crate::state::file::{Kept, Recipe, Words};
+use crate::state::file::{Kept, Recipe, StateHeader};
 use crate::state::tape::Tape;
 use crate::state::{PassRange, file};
 
@@ -64,8 +64,8 @@ pub(super) fn lost(error: io::Error) -> Error {
 }
 
 impl<const C: usize> Rendering<'_, C> {
-    /// Takes over what earlier passes left.
-    pub(super) fn recall(
+    /// Reads the checkpoint, or adds up the states to merge.
+    pub(super) fn restore(
         &mut self,
         places: &mut [Place<C>],
         views: &mut [View<'_, C>],
@@ -80,7 +80,7 @@ impl<const C: usize> Rendering<'_, C> {
             keeping.checkpoint.filter(|path| keeping.team.rank() == 0 && !schedule.closed && path.exists())
         {
             let kept = Kept::open(path)?;
-            let Words { passes, next_check, .. } = &kept.words;
+            let StateHeader { passes, next_check, .. } = &kept.words;
             let PassRange { seed, first, count } = match passes.ranges() {
                 [range] => *range,
                 _ => return Err(refuse(path, format!("passes {passes}"), "passes without a gap")),
@@ -128,7 +128,7 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) {
         let Some(path) = keeping.checkpoint.filter(|_| keeping.team.rank() == 0) else { return };
-        let words = Words {
+        let words = StateHeader {
             scene: std::path::absolute(&self.scene.file).unwrap_or_else(|_| self.scene.file.clone()),
             recipe: recipe(self.scene, self.plan, self.settings),
             passes: self.done.clone(),
@@ -144,7 +144,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Moves all that passes leave behind to or from a checkpoint, another run's state or another process.
+    /// Reads or writes all that passes leave behind: a checkpoint, another run's state, or another process's part.
     pub(super) fn exchange(
         &mut self,
         places: &mut [Place<C>],

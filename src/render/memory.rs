@@ -53,7 +53,7 @@ impl Memory {
 
     /// What a run will take with at most `most_cells` cells of a plane in work.
     pub fn of(scene: &Scene, plan: &Plan, settings: &Settings, most_cells: usize) -> Self {
-        let cell = Cell::of(scene, plan, settings);
+        let cell = CellBytes::of(scene, plan, settings);
         let cut = |cells: &usize, at_once: usize| at_once < *cells;
         let planes: Vec<(usize, usize)> =
             scene.planes.iter().map(|plane| (plane.len(), cells_at_once(plane, most_cells))).collect();
@@ -95,7 +95,7 @@ fn channels(plan: &Plan) -> u64 {
 }
 
 /// Bytes of a cell.
-struct Cell {
+struct CellBytes {
     /// As long as its plane is in work.
     kept: u64,
     /// While its plane is smoothed or written.
@@ -104,7 +104,7 @@ struct Cell {
     result: u64,
 }
 
-impl Cell {
+impl CellBytes {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;

@@ -93,13 +93,13 @@ fn mesh(check: &MeshCheck) -> String {
 mod tests {
     use super::*;
     use crate::scene::Material;
-    use crate::scene::inventory::{Origin, Source};
+    use crate::scene::inventory::{MaterialSource, Origin};
 
     #[test]
     fn columns_are_aligned_and_long_lists_are_cut() {
         let of = |number: usize| MaterialUse {
             material: Material { reflectance: [0.5; 3], ..Material::black(format!("wall {number}")) },
-            origin: Origin { source: Source::Mtl, notes: vec!["why".to_owned()] },
+            origin: Origin { source: MaterialSource::Mtl, notes: vec!["why".to_owned()] },
             area: 100.0 - number as f64,
             triangles: 2,
             flux: (number == 0).then_some(1235.0),

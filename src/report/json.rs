@@ -34,13 +34,14 @@ use crate::results::{
 /// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
 /// digits; one that isn't finite is null.
 pub fn summary(results: &Results) -> String {
-    let mut text = serde_json::to_string_pretty(&Summary::new(results)).expect("numbers, texts and lists make JSON");
+    let mut text =
+        serde_json::to_string_pretty(&SummaryJson::new(results)).expect("numbers, texts and lists make JSON");
     text.push('\n');
     text
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct SummaryJson<'a> {
     luxmap: &'static str,
     scene: &'a str,
     scene_sha256: &'a str,
@@ -60,12 +61,12 @@ struct Summary<'a> {
     triangles: usize,
     luminaires: usize,
     maintenance_factor: Option<[f64; 2]>,
-    planes: Vec<Plane<'a>>,
-    surfaces: Vec<Surface<'a>>,
-    sensors: Vec<Sensor<'a>>,
-    cameras: Vec<Camera<'a>>,
-    flux: Flux,
-    stages: Vec<Stage>,
+    planes: Vec<PlaneJson<'a>>,
+    surfaces: Vec<SurfaceJson<'a>>,
+    sensors: Vec<SensorJson<'a>>,
+    cameras: Vec<CameraJson<'a>>,
+    flux: FluxJson,
+    stages: Vec<StageJson>,
     total_s: f64,
     peak_memory_bytes: Option<u64>,
     bvh_memory_bytes: u64,
@@ -73,7 +74,7 @@ struct Summary<'a> {
 }
 
 #[derive(Serialize)]
-struct Plane<'a> {
+struct PlaneJson<'a> {
     name: &'a str,
     corner_m: [f64; 3],
     along_m: [f64; 3],
@@ -97,7 +98,7 @@ struct Plane<'a> {
     uniformity_error: Option<f64>,
     diversity_error: Option<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    areas: Vec<Area<'a>>,
+    areas: Vec<AreaJson<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     groups: Vec<PlaneGroup<'a>>,
 }
@@ -125,7 +126,7 @@ struct PlaneGroup<'a> {
 }
 
 #[derive(Serialize)]
-struct Area<'a> {
+struct AreaJson<'a> {
     name: &'a str,
     kind: &'static str,
     cells_with_value: usize,
@@ -147,7 +148,7 @@ struct Area<'a> {
 }
 
 #[derive(Serialize)]
-struct Surface<'a> {
+struct SurfaceJson<'a> {
     name: &'a str,
     spacing_m: f64,
     samples_with_value: usize,
@@ -170,7 +171,7 @@ struct Surface<'a> {
 }
 
 #[derive(Serialize)]
-struct Sensor<'a> {
+struct SensorJson<'a> {
     name: &'a str,
     measure: &'static str,
     position_m: [f64; 3],
@@ -196,7 +197,7 @@ struct SensorGroup<'a> {
 }
 
 #[derive(Serialize)]
-struct Camera<'a> {
+struct CameraJson<'a> {
     name: &'a str,
     eye_m: [f64; 3],
     forward: [f64; 3],
@@ -211,7 +212,7 @@ struct Camera<'a> {
 }
 
 #[derive(Serialize)]
-struct Flux {
+struct FluxJson {
     emitted_lm: f64,
     absorbed_lm: f64,
     escaped_lm: f64,
@@ -219,12 +220,12 @@ struct Flux {
 }
 
 #[derive(Serialize)]
-struct Stage {
+struct StageJson {
     name: &'static str,
     seconds: f64,
 }
 
-impl<'a> Summary<'a> {
+impl<'a> SummaryJson<'a> {
     fn new(results: &'a Results) -> Self {
         let run = &results.run;
         Self {
@@ -247,11 +248,11 @@ impl<'a> Summary<'a> {
             triangles: run.triangles,
             luminaires: run.luminaires,
             maintenance_factor: run.maintenance_factor,
-            planes: results.maps.iter().map(|map| Plane::new(map, run)).collect(),
-            surfaces: results.surfaces.iter().map(Surface::new).collect(),
-            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, run)).collect(),
-            cameras: results.images.iter().map(Camera::new).collect(),
-            flux: Flux::new(&run.flux),
+            planes: results.maps.iter().map(|map| PlaneJson::new(map, run)).collect(),
+            surfaces: results.surfaces.iter().map(SurfaceJson::new).collect(),
+            sensors: results.sensors.iter().map(|sensor| SensorJson::new(sensor, run)).collect(),
+            cameras: results.images.iter().map(CameraJson::new).collect(),
+            flux: FluxJson::new(&run.flux),
             stages: stages(run),
             total_s: run.total_seconds,
             peak_memory_bytes: (run.peak_memory > 0).then_some(run.peak_memory),
@@ -261,7 +262,7 @@ impl<'a> Summary<'a> {
     }
 }
 
-impl<'a> Plane<'a> {
+impl<'a> PlaneJson<'a> {
     fn new(map: &'a IlluminanceMap, run: &'a Run) -> Self {
         let found = statistics(map);
         let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
@@ -294,12 +295,12 @@ impl<'a> Plane<'a> {
             uniformity_error: known(|s| s.errors.uniformity),
             diversity_error: known(|s| s.errors.diversity),
             groups: map.groups.iter().zip(&run.groups).map(group).collect(),
-            areas: map.areas.iter().map(|area| Area::new(area, run.claim)).collect(),
+            areas: map.areas.iter().map(|area| AreaJson::new(area, run.claim)).collect(),
         }
     }
 }
 
-impl<'a> Area<'a> {
+impl<'a> AreaJson<'a> {
     fn new(area: &'a AreaFigures, claim: f64) -> Self {
         let found = &area.figures;
         let known = |figure: f64| (found.cells > 0).then_some(figure);
@@ -326,7 +327,7 @@ impl<'a> Area<'a> {
     }
 }
 
-impl<'a> Surface<'a> {
+impl<'a> SurfaceJson<'a> {
     fn new(map: &'a SurfaceMap) -> Self {
         let found = map.figures();
         let known = |figure: f64| (found.samples > 0).then_some(figure);
@@ -354,7 +355,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-impl<'a> Sensor<'a> {
+impl<'a> SensorJson<'a> {
     fn new(sensor: &'a SensorReading, run: &'a Run) -> Self {
         let group = |(group, name): (&GroupReading, &'a String)| SensorGroup {
             name,
@@ -378,7 +379,7 @@ impl<'a> Sensor<'a> {
     }
 }
 
-impl<'a> Camera<'a> {
+impl<'a> CameraJson<'a> {
     fn new(image: &'a CameraImage) -> Self {
         let [mean_luminance, max_luminance] = image.luminances();
         Self {
@@ -397,7 +398,7 @@ impl<'a> Camera<'a> {
     }
 }
 
-impl Flux {
+impl FluxJson {
     fn new(flux: &FluxBalance) -> Self {
         Self {
             emitted_lm: flux.emitted.0,
@@ -409,6 +410,6 @@ impl Flux {
 }
 
 /// Wall time of each stage.
-fn stages(run: &Run) -> Vec<Stage> {
-    run.seconds.iter().map(|&(name, seconds)| Stage { name, seconds }).collect()
+fn stages(run: &Run) -> Vec<StageJson> {
+    run.seconds.iter().map(|&(name, seconds)| StageJson { name, seconds }).collect()
 }

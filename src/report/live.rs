@@ -53,11 +53,11 @@ pub struct Page<'a> {
     /// Unit of what luminaires draw: W, or what stands for it.
     pub unit: &'a str,
     /// What can be dimmed.
-    pub luminaires: Vec<Lamp>,
+    pub luminaires: Vec<LiveLamp>,
     /// Measuring planes; the first is shown first.
     pub planes: Vec<Map>,
     /// Illuminance sensors.
-    pub sensors: Vec<Sensor>,
+    pub sensors: Vec<LiveSensor>,
     /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long as
     /// targets and places are those of the file; for others the page solves.
     pub optimum: Option<Vec<f64>>,
@@ -67,7 +67,7 @@ pub struct Page<'a> {
 
 /// A luminaire that can be dimmed.
 #[derive(Clone, Debug)]
-pub struct Lamp {
+pub struct LiveLamp {
     /// Its name, by which dimming is saved and loaded.
     pub name: String,
     /// Its light group.
@@ -111,7 +111,7 @@ pub struct Map {
 
 /// An illuminance sensor.
 #[derive(Clone, Debug)]
-pub struct Sensor {
+pub struct LiveSensor {
     /// Its name.
     pub name: String,
     /// Where it is, world, m.
@@ -331,8 +331,8 @@ struct SensorData<'a> {
 }
 
 impl<'a> SensorData<'a> {
-    fn of(sensor: &'a Sensor) -> Self {
-        let Sensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
+    fn of(sensor: &'a LiveSensor) -> Self {
+        let LiveSensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
         Self {
             name,
             position: *position,

@@ -18,14 +18,14 @@ const DIGIT: f64 = 8.3;
 
 /// How values become places.
 #[derive(Clone, Copy)]
-pub(crate) enum Scale {
+pub(crate) enum AxisScale {
     Linear,
     Logarithmic,
     /// Linear around 0, logarithmic beyond the threshold.
     Symmetric(f64),
 }
 
-impl Scale {
+impl AxisScale {
     fn apply(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -39,7 +39,7 @@ impl Scale {
 pub(crate) struct Axis {
     title: String,
     unit: &'static str,
-    scale: Scale,
+    scale: AxisScale,
     low: f64,
     high: f64,
 }
@@ -48,7 +48,7 @@ impl Axis {
     /// A linear axis from `low` to `high`; without a unit it has no ticks.
     pub(crate) fn linear(title: &str, unit: &'static str, low: f64, high: f64) -> Self {
         let high = if high > low { high } else { low + 1.0 };
-        Self { title: title.into(), unit, scale: Scale::Linear, low, high }
+        Self { title: title.into(), unit, scale: AxisScale::Linear, low, high }
     }
 
     /// A logarithmic axis with room around the positive ones of `values`.
@@ -58,7 +58,7 @@ impl Axis {
             .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
         let (low, high) = if high > 0.0 { (low, high) } else { (1.0, 1.0) };
         let room = (2.0 / (high / low).sqrt()).max(1.3); // at least a factor of four in all
-        Self { title: title.into(), unit, scale: Scale::Logarithmic, low: low / room, high: high * room }
+        Self { title: title.into(), unit, scale: AxisScale::Logarithmic, low: low / room, high: high * room }
     }
 
     /// An axis of both signs around 0.
@@ -71,7 +71,7 @@ impl Axis {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((-2.0 * threshold, 2.0 * threshold), |(low, high), value| (low.min(value), high.max(value)));
-        Self { title: title.into(), unit, scale: Scale::Symmetric(threshold), low: 1.4 * low, high: 1.4 * high }
+        Self { title: title.into(), unit, scale: AxisScale::Symmetric(threshold), low: 1.4 * low, high: 1.4 * high }
     }
 
     /// The least and the largest value that has a place.
@@ -87,7 +87,7 @@ impl Axis {
 
     /// Round values on the axis, and whether there is room for their text: 1, 2 and 5 in every decade.
     fn ticks(&self, length: f64, gap: f64) -> Vec<(f64, bool)> {
-        if matches!(self.scale, Scale::Linear) {
+        if matches!(self.scale, AxisScale::Linear) {
             if self.unit.is_empty() {
                 return Vec::new();
             }
@@ -100,12 +100,12 @@ impl Axis {
             return numbers.map(|number| (round_to(number as f64 * step, 6), true)).collect();
         }
         let (signs, least): (&[f64], f64) = match self.scale {
-            Scale::Linear => (&[], 0.0),
-            Scale::Logarithmic => (&[1.0], self.low),
-            Scale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
+            AxisScale::Linear => (&[], 0.0),
+            AxisScale::Logarithmic => (&[1.0], self.low),
+            AxisScale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
         };
         let decades = least.log10().floor() as i32 - 1..=self.high.abs().max(self.low.abs()).log10().ceil() as i32;
-        let zero = matches!(self.scale, Scale::Symmetric(_)).then_some(0.0);
+        let zero = matches!(self.scale, AxisScale::Symmetric(_)).then_some(0.0);
         let candidates = zero.into_iter().chain([1.0, 5.0, 2.0].into_iter().flat_map(|digit| {
             decades
                 .clone()
@@ -123,7 +123,7 @@ impl Axis {
     /// A tick's text, in plain decimals.
     fn text(&self, value: f64) -> String {
         let sign = match self.scale {
-            Scale::Symmetric(_) if value > 0.0 => "+",
+            AxisScale::Symmetric(_) if value > 0.0 => "+",
             _ if value < 0.0 => "−",
             _ => "",
         };
@@ -154,7 +154,7 @@ pub(crate) enum Side {
 }
 
 /// Points joined by a line, with their name at the end.
-pub(crate) struct Series {
+pub(crate) struct ChartSeries {
     /// Number of its colour and shape.
     pub(crate) hue: usize,
     /// Number among the series of that colour.
@@ -270,7 +270,7 @@ impl Chart {
     }
 
     /// Draws all series, then their names, so that no name hides under a curve or on another name.
-    pub(crate) fn series(&mut self, all: &[Series]) {
+    pub(crate) fn series(&mut self, all: &[ChartSeries]) {
         let mut names: Vec<Name> = Vec::new();
         for series in all {
             let places: Vec<[f64; 2]> = series.marks.iter().map(|mark| self.place(mark.at)).collect();

@@ -226,12 +226,12 @@ fn title(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap, run: &Run) 
 }
 
 /// An axis of the picture: metres in world coordinates where it runs along one, else metres from the corner.
-struct Axis {
+struct PictureAxis {
     label: String,
     scale: Scale,
 }
 
-impl Axis {
+impl PictureAxis {
     fn new(name: &str, extent: DVec3, corner: DVec3, pixels: i32) -> Self {
         let length = if extent.length() > 0.0 { extent.length() } else { 1.0 };
         let world =
@@ -249,7 +249,7 @@ impl Axis {
 fn axes(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap) {
     let ([left, top], [width, height]) = (layout.map, layout.size);
     let (bottom, half_line) = (top + height, NORMAL.height() / 2);
-    let horizontal = Axis::new("along", map.along, map.corner, width);
+    let horizontal = PictureAxis::new("along", map.along, map.corner, width);
     for tick in horizontal.scale.ticks() {
         let x = left + (horizontal.scale.share(tick) * f64::from(width)).round() as i32;
         let label = horizontal.scale.label(tick);
@@ -259,7 +259,7 @@ fn axes(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap) {
     let label = if to_scale(map, layout.size) { horizontal.label } else { horizontal.label + " (not to scale)" };
     let end = left + width - NORMAL.width(&label);
     canvas.text([end.max(left), bottom + 40], &label, NORMAL, QUIET);
-    let vertical = Axis::new("across", map.across, map.corner, height);
+    let vertical = PictureAxis::new("across", map.across, map.corner, height);
     for tick in vertical.scale.ticks() {
         let y = bottom - (vertical.scale.share(tick) * f64::from(height)).round() as i32;
         let label = vertical.scale.label(tick);

@@ -93,7 +93,7 @@ impl Rectangle {
 }
 
 /// A part of a plane that has figures of its own.
-pub(crate) struct Part {
+pub(crate) struct AreaPart {
     name: String,
     kind: AreaKind,
     required: Required,
@@ -103,7 +103,7 @@ pub(crate) struct Part {
 
 /// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its bands.
 /// Surrounding and background end at the margin; a band without any cell in it is left out.
-pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<Part> {
+pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<AreaPart> {
     if areas.is_empty() {
         return Vec::new();
     }
@@ -111,7 +111,7 @@ pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2
         let at = [cell % cells[0], cell / cells[0]];
         [0, 1].map(|axis| sides[axis] * (at[axis] as f64 + 0.5) / cells[axis] as f64)
     };
-    let part = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| Part {
+    let part = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| AreaPart {
         name: name.to_owned(),
         kind,
         required,
@@ -138,7 +138,7 @@ pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2
 /// Figures of every area of a plane; `known` of each in turn, or of none.
 pub fn figures(areas: &Areas, map: &IlluminanceMap, known: &[Extremes]) -> Vec<AreaFigures> {
     let parts = parts(areas, &map.name, [map.along.length(), map.across.length()], map.cells);
-    let of_part = |(index, part): (usize, Part)| AreaFigures {
+    let of_part = |(index, part): (usize, AreaPart)| AreaFigures {
         figures: of_cells(map, part.cells.into_iter(), known.get(index)),
         name: part.name,
         kind: part.kind,

@@ -18,7 +18,7 @@ use crate::luminaire::Opening;
 
 /// Who says what a material is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Source {
+pub enum MaterialSource {
     /// A section of the scene file.
     #[default]
     Scene,
@@ -32,7 +32,7 @@ pub enum Source {
     Luminaire,
 }
 
-impl Source {
+impl MaterialSource {
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
@@ -58,7 +58,7 @@ impl Source {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
     /// Who says what it is.
-    pub source: Source,
+    pub source: MaterialSource,
     /// Remarks, such as what was left out.
     pub notes: Vec<String>,
 }

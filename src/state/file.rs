@@ -3,7 +3,7 @@
 //! ```text
 //! luxmap state 3\n         magic and number of this format
 //! length of the words      8 bytes, little-endian, as all numbers
-//! words                    JSON, see `Words`
+//! words                    JSON, see `StateHeader`
 //! sums                     as the run hands them over; see `Tape`
 //! checksum                 SHA-256 of all before, 32 bytes
 //! ```
@@ -75,7 +75,7 @@ impl Recipe {
 /// What a file says of its state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Words {
+pub struct StateHeader {
     /// The scene file, where it was.
     pub scene: PathBuf,
     /// What made the state.
@@ -87,7 +87,11 @@ pub struct Words {
 }
 
 /// Writes a state and hands it to the disk. Cost: some 1 s a gigabyte.
-pub fn write(path: &Path, words: &Words, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
+pub fn write(
+    path: &Path,
+    words: &StateHeader,
+    sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>,
+) -> Result<(), Error> {
     files::write_whole(path, &mut |out| {
         let mut out = Hashing { inner: out, hash: Sha256::new() };
         let text = serde_json::to_vec(words)?;
@@ -107,7 +111,7 @@ pub struct Kept {
     path: PathBuf,
     file: BufReader<io::Take<File>>,
     /// What it says of itself.
-    pub words: Words,
+    pub words: StateHeader,
 }
 
 impl Kept {
@@ -162,7 +166,7 @@ impl Kept {
         }
         let mut text = vec![0; length as usize];
         file.read_exact(&mut text)?;
-        let words: Words = serde_json::from_slice(&text)?;
+        let words: StateHeader = serde_json::from_slice(&text)?;
         if !words.passes.is_valid() {
             return Err(crate::error::invalid(format!("impossible passes ({})", words.passes)));
         }

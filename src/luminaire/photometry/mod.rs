@@ -32,7 +32,7 @@ use std::path::Path;
 pub use opening::{LuminousOpening, Shape};
 pub use tilt::Tilt;
 
-use self::table::Table;
+use self::table::IntensityTable;
 use self::text::{Words, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
@@ -63,7 +63,7 @@ pub struct Photometry {
     /// Index of the set of lamps that counts.
     pub lamp_set: usize,
     /// How directions were tabulated, before they became C-planes and γ.
-    pub kind: Kind,
+    pub kind: PlaneSystem,
     /// Symmetry of the table, before it was unfolded.
     pub symmetry: Symmetry,
     /// C-planes (or horizontal angles) and γ (or vertical angles) in the file.
@@ -205,7 +205,7 @@ pub struct Lamps {
 
 /// How a goniometer tabulates directions (CIE 121, IES LM-75).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum PlaneSystem {
     /// Half-planes about the vertical axis, γ from the nadir.
     C,
     /// Planes about a horizontal axis along C90, floodlights.
@@ -310,7 +310,7 @@ impl Values {
 }
 
 /// Tells where planes of type C disagree about the one direction they share.
-fn check_nadir(table: &Table, line: usize, notes: &mut Notes) {
+fn check_nadir(table: &IntensityTable, line: usize, notes: &mut Notes) {
     let largest = table.candela.iter().fold(0.0_f64, |a, b| a.max(*b));
     if table.angles[0] == 0.0 {
         let values = table.candela.chunks(table.angles.len()).map(|plane| plane[0]);

@@ -86,11 +86,11 @@ pub struct Entry {
     file: String,
     folder: String,
     json: String,
-    found: Result<Found, String>,
+    found: Result<ReadFile, String>,
 }
 
 /// What a file that could be read says. Its table of intensities is gone: thousands of files fit in memory.
-struct Found {
+struct ReadFile {
     /// Those of [`COLUMNS`] from the third to the last but one.
     cells: Vec<String>,
     card: Markup,
@@ -111,7 +111,7 @@ impl Entry {
             Ok(photometry) => {
                 let figures = Figures::new(&photometry.intensity);
                 write(file, &photometry, &figures, &home.join(&folder))?;
-                let found = Found::new(file, &folder, &photometry, &figures);
+                let found = ReadFile::new(file, &folder, &photometry, &figures);
                 Self { file: name, json: json::json(file, &photometry, &figures), folder, found: Ok(found) }
             }
             Err(error) => {
@@ -141,7 +141,7 @@ impl Entry {
     /// Its line on a terminal.
     fn line(&self) -> [String; 5] {
         let [flux, ratio, beam, warnings] = match &self.found {
-            Ok(Found { flux, ratio, beam, warnings, .. }) => {
+            Ok(ReadFile { flux, ratio, beam, warnings, .. }) => {
                 let warnings = if *warnings == 0 { String::new() } else { warnings.to_string() };
                 [flux.clone(), ratio.clone(), beam.clone(), warnings]
             }
@@ -161,7 +161,7 @@ impl Entry {
     }
 }
 
-impl Found {
+impl ReadFile {
     fn new(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures) -> Self {
         let warnings = warnings(photometry, figures);
         let ratio = photometry.flux.filter(|flux| *flux > 0.0).map(|flux| figures.flux / flux);

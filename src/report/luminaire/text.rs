@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::figures::{Figures, Spread};
-use crate::luminaire::photometry::{Kind, Lamps, LuminousOpening, Photometry, Shape, Symmetry};
+use crate::luminaire::photometry::{Lamps, LuminousOpening, Photometry, PlaneSystem, Shape, Symmetry};
 use crate::text::number::{percent, round_to, short};
 
 /// Difference of computed and declared flux up to which a file is at one with itself: rounding of its intensities.
@@ -101,11 +101,11 @@ fn lamps(set: &Lamps) -> String {
     text
 }
 
-pub(super) fn kind(kind: Kind) -> &'static str {
+pub(super) fn kind(kind: PlaneSystem) -> &'static str {
     match kind {
-        Kind::C => "C",
-        Kind::B => "B",
-        Kind::A => "A",
+        PlaneSystem::C => "C",
+        PlaneSystem::B => "B",
+        PlaneSystem::A => "A",
     }
 }
 

@@ -68,7 +68,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-enum Item {
+enum Primitive {
     Line {
         points: Vec<[f64; 2]>,
         closed: bool,
@@ -92,14 +92,14 @@ enum Item {
 /// A drawing, ready for either format; x to the right, y down, pixels.
 pub(crate) struct Drawing {
     pub(super) size: [f64; 2],
-    items: Vec<Item>,
+    items: Vec<Primitive>,
     /// What it shows, in words.
     description: String,
 }
 
 /// Where an SVG stands.
 #[derive(Clone, Copy, PartialEq)]
-enum Place {
+enum Medium {
     /// A file of its own, on white paper.
     File,
     /// In a page that has [`STYLE`].
@@ -113,15 +113,15 @@ impl Drawing {
     }
 
     pub(super) fn line(&mut self, points: Vec<[f64; 2]>, closed: bool, width: f64, role: Role) {
-        self.items.push(Item::Line { points, closed, width, role });
+        self.items.push(Primitive::Line { points, closed, width, role });
     }
 
     pub(super) fn area(&mut self, points: Vec<[f64; 2]>, role: Role) {
-        self.items.push(Item::Area { points, role });
+        self.items.push(Primitive::Area { points, role });
     }
 
     pub(super) fn text(&mut self, at: [f64; 2], text: impl Into<String>, font: Font, anchor: Anchor, role: Role) {
-        self.items.push(Item::Text { at, text: text.into(), font, anchor, role });
+        self.items.push(Primitive::Text { at, text: text.into(), font, anchor, role });
     }
 
     /// A line that ends in an arrow's head.
@@ -140,10 +140,12 @@ impl Drawing {
         let [width, height] = self.size;
         let moved = |points: Vec<[f64; 2]>| points.into_iter().map(|[x, y]| [x, y + height]).collect();
         self.items.extend(below.items.into_iter().map(|item| match item {
-            Item::Line { points, closed, width, role } => Item::Line { points: moved(points), closed, width, role },
-            Item::Area { points, role } => Item::Area { points: moved(points), role },
-            Item::Text { at: [x, y], text, font, anchor, role } => {
-                Item::Text { at: [x, y + height], text, font, anchor, role }
+            Primitive::Line { points, closed, width, role } => {
+                Primitive::Line { points: moved(points), closed, width, role }
+            }
+            Primitive::Area { points, role } => Primitive::Area { points: moved(points), role },
+            Primitive::Text { at: [x, y], text, font, anchor, role } => {
+                Primitive::Text { at: [x, y + height], text, font, anchor, role }
             }
         }));
         self.size = [width.max(below.size[0]), height + below.size[1]];
@@ -154,23 +156,24 @@ impl Drawing {
     /// Corners of its areas.
     #[cfg(test)]
     pub(super) fn outlines(&self) -> Vec<Vec<[f64; 2]>> {
-        let corners = |item: &Item| if let Item::Area { points, .. } = item { Some(points.clone()) } else { None };
+        let corners =
+            |item: &Primitive| if let Primitive::Area { points, .. } = item { Some(points.clone()) } else { None };
         self.items.iter().filter_map(corners).collect()
     }
 
     /// As an SVG file.
     pub(crate) fn svg(&self) -> String {
-        self.drawn(Place::File).into_string()
+        self.drawn(Medium::File).into_string()
     }
 
     /// As an element of a page that has [`STYLE`]: it takes the width it gets, and the page's colours.
     pub(crate) fn element(&self) -> Markup {
-        self.drawn(Place::Page)
+        self.drawn(Medium::Page)
     }
 
-    fn drawn(&self, place: Place) -> Markup {
+    fn drawn(&self, place: Medium) -> Markup {
         let [width, height] = self.size.map(|side| side.to_string());
-        let in_file = place == Place::File;
+        let in_file = place == Medium::File;
         html! {
             svg xmlns=[in_file.then_some("http://www.w3.org/2000/svg")] class=[(!in_file).then_some("drawing")]
                 viewBox={ "0 0 " (width) " " (height) } width=[in_file.then_some(&width)] height=[in_file.then_some(&height)]
@@ -193,11 +196,11 @@ impl Drawing {
         };
         for item in &self.items {
             match item {
-                Item::Line { points, closed, width, role } => {
+                Primitive::Line { points, closed, width, role } => {
                     canvas.line(&single(points), *closed, *width as f32, role.ink(), 1.0);
                 }
-                Item::Area { points, role } => canvas.polygon(&single(points), role.ink(), 1.0),
-                Item::Text { at: [x, y], text, font, anchor, role } => {
+                Primitive::Area { points, role } => canvas.polygon(&single(points), role.ink(), 1.0),
+                Primitive::Text { at: [x, y], text, font, anchor, role } => {
                     let left = match anchor {
                         Anchor::Start => 0,
                         Anchor::Middle => font.width(text) / 2,
@@ -212,13 +215,13 @@ impl Drawing {
     }
 }
 
-impl Item {
+impl Primitive {
     /// Its SVG element.
-    fn element(&self, place: Place) -> Markup {
-        let class = |kind: &str, role: Role| (place == Place::Page).then(|| format!("{kind}-{}", role.name()));
+    fn element(&self, place: Medium) -> Markup {
+        let class = |kind: &str, role: Role| (place == Medium::Page).then(|| format!("{kind}-{}", role.name()));
         let colour = |role: Role| {
             let [r, g, b] = role.ink();
-            (place == Place::File).then(|| format!("#{r:02x}{g:02x}{b:02x}"))
+            (place == Medium::File).then(|| format!("#{r:02x}{g:02x}{b:02x}"))
         };
         match self {
             Self::Line { points, closed, width, role } => {

@@ -39,7 +39,7 @@ pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], candidates: &[
     if candidates.len() > MOST_TRIANGLES {
         return Vec::new();
     }
-    let surface = Surface::new(vertices, triangles, candidates);
+    let surface = PatchMesh::new(vertices, triangles, candidates);
     let mut patches = surface.grown_from(surface.folds());
     patches.sort_by_key(|grown| grown.members[0]);
     let mut fronts: HashMap<u64, Vec<Grown>> = HashMap::new();
@@ -81,14 +81,14 @@ struct Edge {
     side: u8,
 }
 
-struct Surface<'a> {
+struct PatchMesh<'a> {
     vertices: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
     /// Sorted by key, then by triangle.
     edges: Vec<Edge>,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> PatchMesh<'a> {
     fn new(vertices: &'a [[f32; 3]], triangles: &'a [[u32; 3]], candidates: &[u32]) -> Self {
         let mut surface = Self { vertices, triangles, edges: Vec::new() };
         let of = |&triangle: &u32| {
@@ -238,14 +238,14 @@ impl<'a> Surface<'a> {
         };
         let (fronts, backs) = (flat(&front), flat(&back));
         let numbers = |found: Vec<usize>, of: &[u32]| found.into_iter().map(|index| of[index]).collect();
-        let behind = numbers(Grid::new(&backs)?.under(&fronts)?, &back);
-        let before = numbers(Grid::new(&fronts)?.under(&backs)?, &front);
+        let behind = numbers(CellGrid::new(&backs)?.under(&fronts)?, &back);
+        let before = numbers(CellGrid::new(&fronts)?.under(&backs)?, &front);
         Some(Patch { front, back, behind, before })
     }
 }
 
 /// Triangles of a plane by square cells.
-struct Grid<'a> {
+struct CellGrid<'a> {
     triangles: &'a [[DVec2; 3]],
     corner: DVec2,
     cell: f64,
@@ -255,7 +255,7 @@ struct Grid<'a> {
     cells: Vec<Vec<u32>>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> CellGrid<'a> {
     /// As many cells as triangles, fewer where these are long.
     fn new(triangles: &'a [[DVec2; 3]]) -> Option<Self> {
         let corners = || triangles.iter().flatten();

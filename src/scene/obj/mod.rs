@@ -84,11 +84,11 @@ impl Obj {
         asked: &BTreeSet<String>,
     ) -> Result<Self, InputError> {
         foreign::refuse(path, bytes, bytes.len() as u64, "an OBJ file")?;
-        let mut tidy = Tidy::new(path, bytes, Groups::asking(asked));
+        let mut tidy = TidyObj::new(path, bytes, Groups::asking(asked));
         let options = tobj::LoadOptions { single_index: true, ..Default::default() };
         let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
         let loaded = tobj::load_obj_buf(&mut feed, &options, one_material);
-        let Tidy { refused, line, faces, names, .. } = tidy;
+        let TidyObj { refused, line, faces, names, .. } = tidy;
         if let Some(error) = refused {
             return Err(error);
         }
@@ -259,7 +259,7 @@ fn spans<T: PartialEq>(corners: &[T]) -> bool {
 
 /// The lines that `tobj` gets to see: vertices without colours, all of them first, as faces may stand above theirs; then faces
 /// without textures and normals, counted from the file's beginning, and materials by number.
-struct Tidy<'a> {
+struct TidyObj<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     lines: Lines<'a>,
@@ -279,7 +279,7 @@ struct Tidy<'a> {
     names: Names<'a>,
 }
 
-impl<'a> Tidy<'a> {
+impl<'a> TidyObj<'a> {
     fn new(path: &'a Path, bytes: &'a [u8], groups: Groups) -> Self {
         Self {
             path,

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::files;
-use crate::study::check::Row;
+use crate::study::check::CaseResult;
 use crate::study::check::cases::GROUPS;
 
 /// What stands from here on in a document is kept when it is written anew: it was measured elsewhere.
@@ -32,7 +32,7 @@ number, why it can't be trusted; **refused**: it says why it does not begin; **O
 ";
 
 /// The document, with `kept` at its end.
-pub fn markdown(rows: &[Row], kept: &str) -> String {
+pub fn markdown(rows: &[CaseResult], kept: &str) -> String {
     let mut text = HEAD.to_owned();
     let count = |word: &str| rows.iter().filter(|row| row.verdict.word() == word).count();
     let seconds: f64 = rows.iter().map(|row| row.seconds).sum();
@@ -58,7 +58,7 @@ pub fn markdown(rows: &[Row], kept: &str) -> String {
         for row in rows.iter().filter(|row| row.group == group) {
             say(format_args!("{}", line(row)));
         }
-        let reasons: Vec<&Row> =
+        let reasons: Vec<&CaseResult> =
             rows.iter().filter(|row| row.group == group && !row.verdict.reason().is_empty()).collect();
         if !reasons.is_empty() {
             say(format_args!(""));
@@ -93,7 +93,7 @@ pub fn listed(document: &str) -> Vec<(String, String)> {
 }
 
 /// Writes the document; what stands at the end of the old one from [`KEPT`] on is kept.
-pub fn write(rows: &[Row], path: &Path) -> Result<(), Error> {
+pub fn write(rows: &[CaseResult], path: &Path) -> Result<(), Error> {
     let old = std::fs::read_to_string(path).unwrap_or_default();
     let kept = old.find(&format!("\n{KEPT}")).map_or("", |at| &old[at + 1..]);
     let text = markdown(rows, kept);
@@ -101,8 +101,8 @@ pub fn write(rows: &[Row], path: &Path) -> Result<(), Error> {
 }
 
 /// The rows for programs.
-pub fn json(rows: &[Row]) -> String {
-    let row = |row: &Row| -> Value {
+pub fn json(rows: &[CaseResult]) -> String {
+    let row = |row: &CaseResult| -> Value {
         json!({
             "group": row.group, "name": row.name, "why": row.why, "method": row.method, "reading": row.reading,
             "exact": row.exact, "found": row.found, "off": row.off(), "claimed": row.claimed, "allowed": row.allowed,
@@ -116,7 +116,7 @@ pub fn json(rows: &[Row]) -> String {
 }
 
 /// A row for a person at a terminal.
-pub fn brief(row: &Row) -> String {
+pub fn brief(row: &CaseResult) -> String {
     let head = format!("{:<8} {:>6.1} s  {}: {}", row.verdict.word(), row.seconds, row.group, row.name);
     let numbers = match (row.exact, row.found) {
         (Some(exact), Some(found)) => {
@@ -130,7 +130,7 @@ pub fn brief(row: &Row) -> String {
     format!("{head}{numbers}{reason}\n")
 }
 
-fn line(row: &Row) -> String {
+fn line(row: &CaseResult) -> String {
     let known = |number: Option<f64>, text: fn(f64) -> String| number.map_or("–".to_owned(), text);
     let exact = if row.reading.is_empty() { "–".into() } else { row.exact.map_or("no value".into(), figure) };
     let found = match (row.found, row.reading.is_empty()) {

@@ -6,10 +6,10 @@ use maud::{Markup, html};
 
 use crate::render::plan::Method;
 use crate::report::html::{self, document, list, section, table, warnings};
-use crate::report::plot::{Axis, Bar, Chart, Mark, Series, Side, shares};
+use crate::report::plot::{Axis, Bar, Chart, ChartSeries, Mark, Side, shares};
 use crate::study::convergence::report::{extent, figures, reference, rmse};
 use crate::study::convergence::verdict::{GOAL, HONEST, figure, findings};
-use crate::study::convergence::{Curve, Point, Seconds, Study, curves};
+use crate::study::convergence::{EffortCurve, Point, Seconds, Study, curves};
 use crate::text::number::{count, duration};
 
 /// Looks of the charts.
@@ -134,9 +134,9 @@ fn hint(point: &Point) -> String {
 }
 
 /// Curves as series; points that `place` has no place for are left out.
-fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<Series> {
+fn series(curves: &[EffortCurve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<ChartSeries> {
     let nth = |index: usize| curves[..index].iter().filter(|curve| curve.method == curves[index].method).count();
-    let marks = |curve: &Curve<'_>| {
+    let marks = |curve: &EffortCurve<'_>| {
         let mark = |point: &&Point| {
             Some(Mark { at: place(point)?, spread: None, hollow: !point.is_resolved(), hint: hint(point) })
         };
@@ -145,7 +145,7 @@ fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> V
     curves
         .iter()
         .enumerate()
-        .map(|(index, curve)| Series {
+        .map(|(index, curve)| ChartSeries {
             hue: hue(curve.method),
             dash: nth(index) % 4,
             label: curve.label.clone(),
@@ -156,11 +156,11 @@ fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> V
 }
 
 /// Letters of the longest name at a curve's end.
-fn letters(curves: &[Curve<'_>]) -> usize {
+fn letters(curves: &[EffortCurve<'_>]) -> usize {
     curves.iter().map(|curve| curve.label.chars().count()).max().unwrap_or(0)
 }
 
-fn all<'a>(curves: &'a [Curve<'a>]) -> impl Iterator<Item = &'a Point> {
+fn all<'a>(curves: &'a [EffortCurve<'a>]) -> impl Iterator<Item = &'a Point> {
     curves.iter().flat_map(|curve| curve.points.iter().copied())
 }
 
@@ -169,7 +169,7 @@ fn nothing(text: &str) -> Markup {
     html! { p class="nothing" { (text) } }
 }
 
-fn error_chart(curves: &[Curve<'_>]) -> Markup {
+fn error_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let place = |point: &Point| (point.rmse > 0.0).then(|| [point.seconds.total(), point.rmse]);
     if all(curves).filter_map(place).next().is_none() {
         return nothing("No run differs from the reference by more than the reference’s own error.");
@@ -196,7 +196,7 @@ fn error_chart(curves: &[Curve<'_>]) -> Markup {
     chart.svg("Root mean square error of each run against its wall time, both logarithmic")
 }
 
-fn claim_chart(curves: &[Curve<'_>]) -> Markup {
+fn claim_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let place = |point: &Point| (point.rmse > 0.0 && point.claimed > 0.0).then_some([point.claimed, point.rmse]);
     if all(curves).filter_map(place).next().is_none() {
         return nothing("No run claims an error that this reference could check.");
@@ -222,7 +222,7 @@ fn claim_chart(curves: &[Curve<'_>]) -> Markup {
     chart.svg("True error of each run against the error it claimed, both logarithmic, with the diagonal")
 }
 
-fn bias_chart(curves: &[Curve<'_>]) -> Markup {
+fn bias_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let x = Axis::logarithmic("wall time of a run", "s", all(curves).map(|point| point.seconds.total()));
     let ends = all(curves).flat_map(|point| {
         let error = point.bias_error.unwrap_or(0.0);
@@ -242,7 +242,7 @@ fn bias_chart(curves: &[Curve<'_>]) -> Markup {
     chart.svg("Mean error over the plane against wall time")
 }
 
-fn time_chart(curves: &[Curve<'_>]) -> Markup {
+fn time_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let effort = |point: &Point| {
         let mut text = format!("{} {}", point.rung.method.name(), short_count(point.rung.photons));
         if point.rung.passes > 1 {

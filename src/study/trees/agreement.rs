@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::photon_map::{BruteForce, NearestPhotons};
 use crate::study::trees::contender::{Call, Contender};
-use crate::study::trees::{Queries, Sample};
+use crate::study::trees::{PhotonSample, Queries};
 
 /// Points of each kind at which answers are compared.
 const POINTS: usize = 16;
@@ -36,7 +36,7 @@ struct Truth {
 /// Compares every tree's answers with brute force's at some points of each kind.
 pub(super) fn check(
     set: &str,
-    sample: &Sample,
+    sample: &PhotonSample,
     trees: &[Box<dyn Contender>],
     calls: &[Call],
 ) -> Result<(), Disagreement> {

@@ -40,7 +40,7 @@ const RUN: usize = 72;
 
 /// What is compared.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct ComparisonSettings {
     /// Kinds of photons.
     pub sets: Vec<Set>,
     /// Photons stored.
@@ -79,7 +79,7 @@ impl Queries {
 
 /// Photons and the points at which trees over them are asked, m.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub struct PhotonSample {
     /// Positions and flux.
     pub photons: Photons<1>,
     /// [`Queries::Floor`]
@@ -90,7 +90,7 @@ pub struct Sample {
     pub reach: f32,
 }
 
-impl Sample {
+impl PhotonSample {
     fn queries(&self, queries: Queries) -> &[[f32; 3]] {
         match queries {
             Queries::Floor => &self.floor,
@@ -101,7 +101,7 @@ impl Sample {
 
 /// What one tree took.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct TreeTimes {
     /// Which tree.
     pub tree: Tree,
     /// From positions and flux to a photon map that can be asked, s.
@@ -114,7 +114,7 @@ pub struct Entry {
 
 /// The same question to every tree.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
+pub struct TreeCase {
     /// Kind of photons.
     pub set: Set,
     /// Photons stored.
@@ -128,12 +128,12 @@ pub struct Case {
     /// Threads that build, and ask.
     pub threads: usize,
     /// One for each tree.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<TreeTimes>,
 }
 
-impl Case {
+impl TreeCase {
     /// A tree's time ÷ kiddo's, by `time`; `None` where kiddo is no contender.
-    pub fn ratio(&self, entry: &Entry, time: impl Fn(&Entry) -> f64) -> Option<f64> {
+    pub fn ratio(&self, entry: &TreeTimes, time: impl Fn(&TreeTimes) -> f64) -> Option<f64> {
         self.entries.iter().find(|entry| entry.tree == Tree::Kiddo).map(|kiddo| time(entry) / time(kiddo))
     }
 }
@@ -146,7 +146,7 @@ pub struct Comparison {
     /// The processor, where the system tells.
     pub machine: Option<String>,
     /// What was asked, in the order it was asked.
-    pub cases: Vec<Case>,
+    pub cases: Vec<TreeCase>,
     /// The paper's Figures 5 to 7, where asked for.
     pub figures: Vec<Doubling>,
 }
@@ -183,12 +183,12 @@ impl Pools {
     }
 }
 
-impl Settings {
+impl ComparisonSettings {
     /// Photons of a set with the points to ask at.
     ///
     /// # Panics
     /// Where `landings` are too few for [`Set::Scene`].
-    pub fn sample(&self, set: Set, count: usize, landings: &Landings) -> Sample {
+    pub fn sample(&self, set: Set, count: usize, landings: &Landings) -> PhotonSample {
         let (photons, grid, reach) = match set {
             Set::Scene => (landings.spread(count), landings.grid(landings.cells()), landings.reach()),
             _ => {
@@ -197,7 +197,7 @@ impl Settings {
             }
         };
         let random = sets::at_photons(&photons.positions, RANDOM_POINTS, self.seed);
-        Sample { photons, floor: spread(&grid, GRID_POINTS), random, reach }
+        PhotonSample { photons, floor: spread(&grid, GRID_POINTS), random, reach }
     }
 
     /// The questions.
@@ -216,10 +216,10 @@ impl Settings {
     pub fn compare(
         &self,
         set: Set,
-        sample: &Sample,
+        sample: &PhotonSample,
         pools: &Pools,
         progress: &dyn Progress,
-    ) -> Result<Vec<Case>, Disagreement> {
+    ) -> Result<Vec<TreeCase>, Disagreement> {
         let Photons { positions, flux } = &sample.photons;
         let calls = self.calls();
         progress.stage(set.name(), (pools.0.len() * Queries::ALL.len() * calls.len()) as u64);
@@ -233,13 +233,13 @@ impl Settings {
             for queries in Queries::ALL {
                 for &call in &calls {
                     let seconds = pool.install(|| compare_queries(&trees, call, sample.reach, sample.queries(queries)));
-                    let entry = |(tree, (build, query)): (&dyn Contender, (&f64, f64))| Entry {
+                    let entry = |(tree, (build, query)): (&dyn Contender, (&f64, f64))| TreeTimes {
                         tree: tree.tree(),
                         build_seconds: *build,
                         bytes_per_photon: tree.memory() as f64 / positions.len() as f64,
                         query_seconds: query,
                     };
-                    cases.push(Case {
+                    cases.push(TreeCase {
                         set,
                         photons: positions.len(),
                         queries,

@@ -4,9 +4,9 @@ use maud::{Markup, html};
 
 use crate::photon_map::Tree;
 use crate::report::html::{document, figure, list, own, section, table};
-use crate::report::plot::{Axis, Chart, Mark, Series, Side};
+use crate::report::plot::{Axis, Chart, ChartSeries, Mark, Side};
 use crate::study::trees::report::{build_row, builds, figure_row, heads, query, question, question_row, three_digits};
-use crate::study::trees::{Call, Case, Comparison, Doubling, Figure, Queries, Set, TREES};
+use crate::study::trees::{Call, Comparison, Doubling, Figure, Queries, Set, TREES, TreeCase};
 use crate::text::number::{count, duration, round_to};
 
 /// Looks of the charts, and what this page adds to them.
@@ -36,20 +36,20 @@ fn extent(comparison: &Comparison) -> String {
 }
 
 /// The most photons of a set.
-fn most(cases: &[Case], set: Set) -> Option<usize> {
+fn most(cases: &[TreeCase], set: Set) -> Option<usize> {
     cases.iter().filter(|case| case.set == set).map(|case| case.photons).max()
 }
 
 /// What the figures say: each tree's times, of kiddo's, on one thread and with the most photons.
-fn findings(cases: &[Case]) -> Markup {
+fn findings(cases: &[TreeCase]) -> Markup {
     let mut items = Vec::new();
     for (name, set) in Set::ALL {
         let Some(photons) = most(cases, set) else { continue };
-        let asked: Vec<&Case> =
+        let asked: Vec<&TreeCase> =
             cases.iter().filter(|case| case.set == set && case.photons == photons && case.threads == 1).collect();
         for tree in TREES.into_iter().filter(|tree| *tree != Tree::Kiddo) {
-            let ratios = |time: fn(&crate::study::trees::Entry) -> f64| {
-                let ratio = |case: &&Case| {
+            let ratios = |time: fn(&crate::study::trees::TreeTimes) -> f64| {
+                let ratio = |case: &&TreeCase| {
                     case.entries.iter().find(|entry| entry.tree == tree).and_then(|entry| case.ratio(entry, time))
                 };
                 asked.iter().filter_map(ratio).collect::<Vec<f64>>()
@@ -72,12 +72,12 @@ fn findings(cases: &[Case]) -> Markup {
 }
 
 /// Charts and tables of one set.
-fn set_section(cases: &[Case], set: Set) -> Markup {
-    let cases: Vec<Case> = cases.iter().filter(|case| case.set == set).cloned().collect();
+fn set_section(cases: &[TreeCase], set: Set) -> Markup {
+    let cases: Vec<TreeCase> = cases.iter().filter(|case| case.set == set).cloned().collect();
     let Some(photons) = most(&cases, set) else { return Markup::default() };
-    let one = |case: &&Case| case.threads == 1;
+    let one = |case: &&TreeCase| case.threads == 1;
     let mut charts = Vec::new();
-    let sums = |case: &Case| match case.call {
+    let sums = |case: &TreeCase| match case.call {
         Call::Sum(k) if case.photons == photons => Some(k as f64),
         _ => None,
     };
@@ -93,7 +93,8 @@ fn set_section(cases: &[Case], set: Set) -> Markup {
         Call::Visit(k) => Some(k),
         _ => None,
     });
-    let middle = |case: &Case| (matches!(case.call, Call::Sum(k) if Some(k) == visited)).then_some(case.photons as f64);
+    let middle =
+        |case: &TreeCase| (matches!(case.call, Call::Sum(k) if Some(k) == visited)).then_some(case.photons as f64);
     if cases.iter().any(|case| case.photons != photons) {
         charts.push(figure(
             "Time against photons.",
@@ -137,11 +138,11 @@ fn hue(tree: Tree) -> usize {
 }
 
 /// Time a query of each tree against what `place` tells of a case; cases without a place are left out.
-fn query_chart(title: &str, cases: &[&Case], place: impl Fn(&Case) -> Option<f64>) -> Markup {
+fn query_chart(title: &str, cases: &[&TreeCase], place: impl Fn(&TreeCase) -> Option<f64>) -> Markup {
     let mut all = Vec::new();
     for tree in TREES {
         for queries in Queries::ALL {
-            let mark = |case: &&Case| {
+            let mark = |case: &&TreeCase| {
                 let entry = case.entries.iter().find(|entry| entry.tree == tree)?;
                 let time = 1e6 * entry.query_seconds;
                 let (name, at) = (tree.name(), queries.name());
@@ -157,12 +158,12 @@ fn query_chart(title: &str, cases: &[&Case], place: impl Fn(&Case) -> Option<f64
     chart(title, "", "time a query", "µs", all)
 }
 
-fn build_chart(cases: &[&Case]) -> Markup {
+fn build_chart(cases: &[&TreeCase]) -> Markup {
     let most = cases.iter().map(|case| case.threads).max().unwrap_or(1);
     let mut all = Vec::new();
     for tree in TREES {
         for threads in if most > 1 { vec![1, most] } else { vec![1] } {
-            let mark = |case: &&Case| {
+            let mark = |case: &&TreeCase| {
                 let entry = case.entries.iter().find(|entry| entry.tree == tree)?;
                 let time = entry.build_seconds;
                 let of = count(case.photons as u64);
@@ -176,14 +177,14 @@ fn build_chart(cases: &[&Case]) -> Markup {
     chart("photons", "", "build", "ms", all)
 }
 
-fn series(tree: Tree, dashed: bool, label: String, mut marks: Vec<Mark>) -> Series {
+fn series(tree: Tree, dashed: bool, label: String, mut marks: Vec<Mark>) -> ChartSeries {
     marks.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
-    Series { hue: hue(tree), dash: usize::from(dashed), label, side: Side::Outside, marks }
+    ChartSeries { hue: hue(tree), dash: usize::from(dashed), label, side: Side::Outside, marks }
 }
 
 /// A chart with both axes logarithmic.
-fn chart(x: &str, x_unit: &'static str, y: &str, y_unit: &'static str, all: Vec<Series>) -> Markup {
-    let all: Vec<Series> = all.into_iter().filter(|series| !series.marks.is_empty()).collect();
+fn chart(x: &str, x_unit: &'static str, y: &str, y_unit: &'static str, all: Vec<ChartSeries>) -> Markup {
+    let all: Vec<ChartSeries> = all.into_iter().filter(|series| !series.marks.is_empty()).collect();
     let values = |axis: usize| all.iter().flat_map(|series| &series.marks).map(move |mark| mark.at[axis]);
     let axes = (Axis::logarithmic(x, x_unit, values(0)), Axis::logarithmic(y, y_unit, values(1)));
     let letters = all.iter().map(|series| series.label.chars().count()).max().unwrap_or(0);

@@ -68,8 +68,8 @@ impl Fault for SwapsPhotons {
     }
 }
 
-fn settings() -> Settings {
-    Settings {
+fn settings() -> ComparisonSettings {
+    ComparisonSettings {
         sets: vec![Set::Uniform],
         photons: vec![1000],
         nearest: vec![5, 40],

@@ -22,13 +22,13 @@ pub(super) struct Product {
     /// Photometries in the order of the file.
     photometries: Vec<String>,
     /// Light of each emitter, by its id; alternatives.
-    emitters: HashMap<String, Vec<Light>>,
+    emitters: HashMap<String, Vec<EmitterMode>>,
     variants: Vec<Variant>,
 }
 
 /// One way in which an emitter shines.
 #[derive(Clone, Debug, PartialEq)]
-struct Light {
+struct EmitterMode {
     /// Ids of photometries: one, or one for each channel.
     photometries: Vec<String>,
     /// Of the luminaire, lm.
@@ -185,7 +185,7 @@ impl Product {
                 let equipment = child(node, "EquipmentReference").and_then(|node| node.attribute("equipmentId"));
                 let turn = child(node, "Rotation");
                 let angles = turn.into_iter().flat_map(|turn| turn.children().filter_map(|node| node.text()));
-                lights.push(Light {
+                lights.push(EmitterMode {
                     photometries,
                     flux: number(node, "RatedLuminousFlux")?.filter(|flux| *flux > 0.0),
                     lamp_flux: equipment.and_then(|id| *equipments.get(id)?),
