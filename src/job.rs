@@ -28,8 +28,8 @@ const LEAST_PASSES: u32 = 4;
 /// # Ok::<(), luxmap::Error>(())
 /// ```
 ///
-/// What is set here wins over `[render]` of the scene file, which wins over the defaults. The same scene and settings give the
-/// same bits for the same seed, for any number of threads, unless a time limit ends the run.
+/// What is set here wins over `[render]` of the scene file, which wins over the defaults. The same scene and settings
+/// give the same bits for the same seed, for any number of threads, unless a time limit ends the run.
 #[derive(Clone)]
 #[must_use = "a job does nothing until it is run"]
 pub struct Job<'a> {
@@ -54,7 +54,7 @@ pub struct Dimmed {
     pub levels: Levels,
     /// What they draw, in [`Influence::power_unit`].
     pub power: f64,
-    /// Sensors whose targets are not surely met.
+    /// Sensors whose targets are not met with confidence.
     pub missed: Vec<String>,
     /// How many renders verified the levels; none where all luminaires are off.
     pub renders: u64,
@@ -149,7 +149,8 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// When to stop, in place of what was said of error, passes and time before; also in place of the scene file's passes.
+    /// When to stop, in place of what was said of error, passes and time before; also in place of the scene file's
+    /// passes.
     pub fn stop(mut self, stop: Stop) -> Self {
         self.options.passes = stop.passes().and_then(NonZeroU32::new);
         self.options.error = stop.error();
@@ -171,8 +172,8 @@ impl<'a> Job<'a> {
     }
 
     /// Whether light groups are told apart.
-    pub fn groups(mut self, told_apart: bool) -> Self {
-        self.options.groups = Some(told_apart);
+    pub fn groups(mut self, separate: bool) -> Self {
+        self.options.groups = Some(separate);
         self
     }
 
@@ -200,7 +201,7 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// Who hears how far the run has come, and may end it after the pass in hand.
+    /// Gets reports of how far the run has come, and may end it after the current pass.
     pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
         self.progress = progress;
         self
@@ -217,8 +218,8 @@ impl<'a> Job<'a> {
         Ok(self)
     }
 
-    /// Luminaires at other levels than the scene has them. A scene file is read again; of a scene made in memory, luminaires that
-    /// are off stay off.
+    /// Luminaires at other levels than the scene has them. A scene file is read again; of a scene made in memory,
+    /// luminaires that are off stay off.
     ///
     /// # Errors
     /// As [`Scene::load_as`]; where a level is given to a luminaire that the scene doesn't have.
@@ -258,7 +259,7 @@ impl<'a> Job<'a> {
     /// # Errors
     /// As [`Job::run`]; also where the scene has no sensor.
     pub fn influence(self) -> Result<(Influence, Results), Error> {
-        let (planned, groups) = self.told_apart()?;
+        let (planned, groups) = self.for_influence()?;
         if planned.scene.sensors.is_empty() {
             return Err(no_sensor(&planned.scene));
         }
@@ -266,8 +267,8 @@ impl<'a> Job<'a> {
         Ok((Influence::of(&planned.scene, groups, &results), results))
     }
 
-    /// Finds levels that serve every sensor's target with so much confidence, %, from 50 to 99.9999; and verifies them by
-    /// renders, six at most, each with a seed of its own.
+    /// Finds levels that serve every sensor's target with so much confidence, %, from 50 to 99.9999; and verifies them
+    /// by renders, six at most, each with a seed of its own.
     ///
     /// # Errors
     /// As [`Job::influence`]; also where no sensor has a target.
@@ -348,7 +349,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same with every luminaire at full output, too, for a matrix of influence.
-    pub(crate) fn told_apart(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
+    pub(crate) fn for_influence(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
         self = self.dimming(Dimming::Full)?;
         self.least_passes = LEAST_PASSES;
         let (job, groups) = self.in_groups_of_one();
@@ -407,7 +408,7 @@ impl<'a> Planned<'a> {
     /// Computes it in this process.
     pub(crate) fn alone(&self) -> Result<Results, Error> {
         let results = self.run(&Keeping { checkpoint: self.checkpoint.as_deref(), ..Default::default() })?;
-        Ok(results.expect("who is alone leads"))
+        Ok(results.expect("a run that is alone has results"))
     }
 
     /// Computes it with a team; `None` where another process has the results.

@@ -11,11 +11,12 @@
 //! # The front door
 //!
 //! A [`Job`] is a [`Scene`] and what was chosen for its run: [`Method`], photons, seed, light groups, dimming levels, a
-//! checkpoint, and when to [`Stop`]. [`Job::load`] reads a scene file; [`SceneBuilder`] makes a scene in memory, by the same
-//! rules. [`Job::run`] returns [`Results`]: a map of each measuring plane, readings of sensors, images of cameras, with the
-//! standard error of each value. [`Results::write`] leaves EXR, PNG, CSV, JSON and HTML in a folder. [`Job::influence`] tells what
-//! each luminaire brings to each sensor, [`Job::dim`] which levels reach every target at least power. A mistake is an
-//! [`Error`]; where a file is to blame, it says at which [`Location`]. The folder `examples` has a program for each of these.
+//! checkpoint, and when to [`Stop`]. [`Job::load`] reads a scene file; [`SceneBuilder`] makes a scene in memory, by the
+//! same rules. [`Job::run`] returns [`Results`]: a map of each measuring plane, readings of sensors, images of cameras,
+//! with the standard error of each value. [`Results::write`] leaves EXR, PNG, CSV, JSON and HTML in a folder.
+//! [`Job::influence`] tells what each luminaire brings to each sensor, [`Job::dim`] which levels reach every target at
+//! least power. A mistake is an [`Error`]; where a file is to blame, it says at which [`Location`]. The folder
+//! `examples` has a program for each of these.
 //!
 //! Everything that is not listed here serves the command, tests and benches, and may change without notice.
 //!
@@ -26,16 +27,17 @@
 //! 1. A scene file is read (`scene`): meshes, materials, luminaires, measuring planes; validated, in metres, recentred.
 //! 2. A plan (`render::plan`) says what this scene needs and what can be left out.
 //! 3. The luminaires (`luminaire`) emit photons, shared among them by their flux.
-//! 4. Photons (`photon`) fly through the mesh, which Embree holds (`embree`), from bounce to bounce until roulette ends them.
+//! 4. Photons (`photon`) fly through the mesh, which Embree holds (`embree`), from bounce to bounce until roulette ends
+//!    them.
 //! 5. Where they land, or cross a measuring plane, is kept: on patches of surfaces, in a [`photon_map`].
-//! 6. Every point of a plane gathers (`gather`): direct light cut exactly, bounced light by rays to the patches or from the
-//!    photons nearest to it.
+//! 6. Every point of a plane gathers (`gather`): direct light cut exactly, bounced light by rays to the patches or from
+//!    the photons nearest to it.
 //! 7. `render` runs these steps in order and keeps the books on time, flux and error.
 //! 8. `report` writes EXR, PNG, CSV, JSON and HTML; `job` is the front door, `cli` the command around it all.
 //!
-//! Passes add up in a `state`, which can be kept, continued and merged; a `batch` is a list of runs that survives what may befall
-//! it. `study` asks how right results are for their time, whether extreme cases break them, and which kd-tree is the quickest;
-//! an `office` is made up where none is at hand.
+//! Passes add up in a `state`, which can be kept, continued and merged; a `batch` is a list of runs that survives what
+//! may befall it. `study` asks how right results are for their time, whether extreme cases break them, and which
+//! kd-tree is the quickest; an `office` is made up where none is at hand.
 
 #[doc(hidden)]
 pub mod batch;

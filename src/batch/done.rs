@@ -50,7 +50,7 @@ pub struct Done {
     asked: Request,
     /// What the run found, in short.
     pub figures: RunFigures,
-    /// What the user ought to know.
+    /// What the user should know.
     pub warnings: Vec<String>,
     /// Whether a sensor misses its target, or an area what is required of it.
     pub missed: bool,

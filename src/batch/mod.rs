@@ -1,8 +1,8 @@
 //! A list of runs: read from a [`mod@file`], each [`done`] once, whatever happens in between.
 //!
-//! A run has a folder of its own. While it is under way its state is kept there after each pass; when its results are
-//! written, a marker is, last of all, which names what was asked for and the checksum of each result. So whatever ends a
-//! batch, the same command goes on where it was: a marker that holds is not repeated, a checkpoint is taken up again.
+//! A run has a folder of its own. While it runs its state is kept there after each pass; when its results are
+//! written, a marker is, last of all, which names what was asked for and the checksum of each result. So whatever ends
+//! a batch, the same command goes on where it was: a marker that holds is not repeated, a checkpoint is taken up again.
 
 pub mod done;
 pub mod file;
@@ -40,7 +40,7 @@ pub struct BatchOptions<'a> {
     pub check: &'a dyn Fn(&str) -> Result<(), String>,
 }
 
-/// What `attempt` comes to, or in which words it panicked.
+/// The result of `attempt`, or the message of its panic.
 pub fn caught<R>(attempt: impl FnOnce() -> R) -> Result<R, String> {
     // What a run that panicked leaves behind is dropped with it; the next one begins anew.
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(attempt)).map_err(|panic| {

@@ -1,7 +1,7 @@
 //! What became of a batch: `summary.csv`, `report.html`, a table for a terminal, JSON.
 //!
-//! A line of the CSV is one place of one run (`kind`: plane, surface, sensor or camera); a run without results has one line
-//! with neither. JSON has the same under `runs`, places within their run.
+//! A line of the CSV is one place of one run (`kind`: plane, surface, sensor or camera); a run without results has one
+//! line with neither. JSON has the same under `runs`, places within their run.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ pub struct RunRow {
     pub status: Status,
     /// What it found.
     pub figures: Option<RunFigures>,
-    /// What the user ought to know.
+    /// What the user should know.
     pub warnings: Vec<String>,
     /// Why it failed, or which requirement it misses.
     pub message: Option<String>,

@@ -202,7 +202,7 @@ fn row(run: &BatchRun, folder: &Path, arguments: &Arguments) -> RunRow {
     }
 }
 
-/// What a run that didn't fail came to.
+/// The result of a run that didn't fail.
 struct RunResult {
     status: Status,
     figures: RunFigures,
@@ -252,17 +252,18 @@ fn attempt(run: &BatchRun, folder: &Path, options: &[String], arguments: &Argume
     Ok(RunResult { status, figures, warnings, missed: missed && own.check })
 }
 
-/// Removes the checkpoint of a run that is done, unless it shall be kept.
+/// Removes the checkpoint of a run that is done, unless it is to be kept.
 fn discard(checkpoint: &Path, arguments: &Arguments) {
     if !arguments.keep_checkpoints {
         for file in checkpoint_files(checkpoint) {
-            // Where it can't be removed it is in nobody's way.
+            // One that can't be removed does no harm.
             let _ = fs::remove_file(file);
         }
     }
 }
 
-/// Lets the system count this process's peak memory anew: a run shall not be blamed for the one before. Linux only.
+/// Lets the system count this process's peak memory anew: each run reports its own, not that of the run before. Linux
+/// only.
 fn forget_peak_memory() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }

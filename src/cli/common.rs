@@ -11,7 +11,7 @@ use crate::report::{self, ExtraLayers};
 use crate::results::Results;
 use crate::scene::Dimming;
 
-/// A scene, how it is computed, and how results are told.
+/// A scene, how it is computed, and how results are printed.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Common<T: Taker> {

@@ -41,8 +41,9 @@ pub(super) struct Arguments {
     /// Independent photon maps, averaged [default: 1].
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = values_of("passes"))]
     passes: Vec<u32>,
-    /// What is taken for the truth: PLANE=FILE (.exr, or .csv with columns E_lx and standard_error_lx), a file named after
-    /// a plane, or a folder of such files; repeatable [default: the closed form where one holds, else a long run].
+    /// What is taken for the truth: PLANE=FILE (.exr, or .csv with columns E_lx and standard_error_lx), a file named
+    /// after a plane, or a folder of such files; repeatable [default: the closed form where one holds, else a long
+    /// run].
     #[arg(long, value_name = "[PLANE=]FILE")]
     reference: Vec<String>,
     /// Only this measuring plane; repeatable.

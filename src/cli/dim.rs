@@ -24,8 +24,8 @@ use crate::scene::Dimming;
 
 /// Find dimming levels that reach every sensor's target at least power, and verify them by renders.
 ///
-/// Each target is reached by a margin that covers the errors of matrix and render, so that a later render finds them all
-/// reached; what the margin costs is told.
+/// Each target is reached by a margin that covers the errors of matrix and render, so that a later render finds them
+/// all reached; what the margin costs is told.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Arguments {
@@ -34,7 +34,8 @@ pub(super) struct Arguments {
     /// The matrix that luxmap influence has written for this scene, instead of computing it.
     #[arg(long, value_name = "FILE")]
     influence: Option<PathBuf>,
-    /// Come as close to the targets as can be, above as below, instead of reaching them at least power; without a margin.
+    /// Come as close to the targets as can be, above as below, instead of reaching them at least power; without a
+    /// margin.
     #[arg(long)]
     closest: bool,
     /// How sure it must be that all targets are reached, %, from 50 to 99.9999 [default: 95].
@@ -122,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             "warning: every luminaire is off: the daylight alone reaches the targets, and there is nothing to verify",
         );
     }
-    let short = tell_missed(&reported, goal);
+    let short = print_missed(&reported, goal);
     Ok(match Outcome::of_interruption() {
         Outcome::Done if short => Outcome::Missed,
         outcome => outcome,
@@ -172,8 +173,8 @@ fn sensor(reported: &DimmingResult<'_>, number: usize) -> serde_json::Value {
     })
 }
 
-/// Names sensors whose targets are not surely met; whether there are some.
-fn tell_missed(reported: &DimmingResult<'_>, goal: Goal) -> bool {
+/// Prints the sensors whose targets are not met with confidence; whether there are some.
+fn print_missed(reported: &DimmingResult<'_>, goal: Goal) -> bool {
     let DimmingResult { known, sure, verdicts, .. } = reported;
     let mut short = false;
     for (number, verdict) in verdicts.iter().enumerate() {

@@ -18,8 +18,8 @@ use crate::results::Results;
 use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::{Dimming, Scene};
 
-/// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
-/// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
+/// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in
+/// lx/cd, with standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Arguments {
@@ -66,7 +66,7 @@ pub(super) struct MatrixRun {
 
 /// Computes the matrix. The folder for results is claimed once it is clear that there will be some.
 pub(super) fn found(job: Job<'_>, bar: &TerminalBar, folder: &Path) -> Result<MatrixRun, Error> {
-    let (planned, groups) = job.told_apart()?;
+    let (planned, groups) = job.for_influence()?;
     if planned.scene.sensors.is_empty() {
         return Err(no_sensor(&planned.scene));
     }

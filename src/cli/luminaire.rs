@@ -27,7 +27,8 @@ use crate::report::luminaire::{self, Entry, Figures, Sheet};
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Arguments {
-    /// Photometric files, by content: LM-63 (.ies, editions 1986 to 2019), EULUMDAT (.ldt) and what else luxmap reads; or folders.
+    /// Photometric files, by content: LM-63 (.ies, editions 1986 to 2019), EULUMDAT (.ldt) and what else luxmap reads;
+    /// or folders.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Folder for the results.
@@ -147,8 +148,8 @@ fn listed(arguments: &[PathBuf]) -> Result<Vec<Listed>, Error> {
     Ok(files)
 }
 
-/// Adds the photometric files in a folder and its folders, hidden ones and links to folders left out; returns how many files that
-/// might have been photometric are not.
+/// Adds the photometric files in a folder and its folders, hidden ones and links to folders left out; returns how many
+/// files that might have been photometric are not.
 fn in_folder(folder: &Path, files: &mut Vec<Listed>) -> Result<usize, Error> {
     let name = |path: &Path| {
         let parts: Vec<_> =

@@ -35,7 +35,8 @@ pub(super) struct Arguments {
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
-    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 % confidence.
+    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 %
+    /// confidence.
     #[arg(long)]
     check: bool,
     /// Print the summary as JSON instead of the table.

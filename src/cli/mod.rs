@@ -53,14 +53,15 @@ enum CommandArguments {
     Help(help::Arguments),
 }
 
-/// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves open.
+/// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves
+/// open.
 #[derive(clap::Args)]
 struct Include {
     /// Let the scene name files in this folder, not only in the scene file's own; repeatable.
     #[arg(long = "include", value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Reflectance of materials that neither the scene file nor an MTL file gives one: a number or r,g,b; wins over the scene
-    /// file's [material."*"].
+    /// Reflectance of materials that neither the scene file nor an MTL file gives one: a number or r,g,b; wins over the
+    /// scene file's [material."*"].
     #[arg(long, value_name = "RHO", value_parser = reflectance, allow_negative_numbers = true)]
     reflectance: Option<[f64; 3]>,
 }

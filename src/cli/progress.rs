@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::signals::interrupted;
 use crate::progress::Progress;
 
-/// One bar, for the stage in hand.
+/// One bar, for the current stage.
 pub(super) struct TerminalBar {
     quiet: bool,
     state: Mutex<State>,
@@ -15,7 +15,7 @@ pub(super) struct TerminalBar {
 
 struct State {
     bar: ProgressBar,
-    /// What the passes so far came to.
+    /// The error after the passes so far.
     so_far: String,
 }
 

@@ -28,7 +28,8 @@ use crate::render::{Alone, Team};
 use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::{Dimming, Levels};
 
-/// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
+/// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and
+/// HTML.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -42,7 +43,8 @@ pub(super) struct Arguments {
     /// Write live.html too: a page in which each luminaire is dimmed and the maps follow.
     #[arg(long)]
     live: bool,
-    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 % confidence.
+    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 %
+    /// confidence.
     #[arg(long)]
     pub(super) check: bool,
 }
@@ -99,7 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     finish(arguments, &prepare(arguments, &bar, true)?, &bar, &Alone)
 }
 
-/// The same, as one of several processes. What ails all is said once.
+/// The same, as one of several processes. An error that all have is printed once.
 #[cfg(feature = "mpi")]
 fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
     let bar = TerminalBar::new(arguments.common.quiet || world.rank() > 0);
@@ -131,7 +133,8 @@ struct Prepared<'a> {
     _claim: Option<Claim>,
 }
 
-/// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the folder.
+/// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the
+/// folder.
 fn prepare<'a>(arguments: &Arguments, bar: &'a TerminalBar, leads: bool) -> Result<Prepared<'a>, Error> {
     let planned = arguments.job(bar)?.planned()?;
     let folder = arguments.common.folder("");
@@ -153,7 +156,7 @@ fn finish(
     write(results, &prepared.folder, &common.layers(), common.json, arguments.check)
 }
 
-/// Renders with every luminaire told apart, and writes the page beside what is asked for.
+/// Renders with every luminaire as a light group of its own, and writes the page beside what is asked for.
 fn live(arguments: &Arguments, bar: &TerminalBar) -> Result<Outcome, Error> {
     let common = &arguments.common;
     let job = arguments.job(bar)?;

@@ -42,7 +42,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TREE,…", value_delimiter = ',', default_value = "kd,kiddo,paper",
           value_parser = PossibleValuesParser::new(TREES.map(Tree::name)), hide_possible_values = true)]
     trees: Vec<String>,
-    /// Where photons lie: scene, uniform, plane, clustered, coincident, half-coincident, collinear, offset [default: all].
+    /// Where photons lie: scene, uniform, plane, clustered, coincident, half-coincident, collinear, offset [default:
+    /// all].
     #[arg(long, value_name = "SET,…", value_delimiter = ',',
           value_parser = PossibleValuesParser::new(Set::ALL.map(|(name, _)| name)), hide_possible_values = true)]
     sets: Vec<String>,
@@ -52,12 +53,12 @@ pub(super) struct Arguments {
     /// Seed of photons and of the points asked at.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Also write photons and points of the first set, with the most photons, as NumPy files: positions to FILE.npy, flux to
-    /// FILE.flux.npy, points to FILE.floor.npy and FILE.random.npy.
+    /// Also write photons and points of the first set, with the most photons, as NumPy files: positions to FILE.npy,
+    /// flux to FILE.flux.npy, points to FILE.floor.npy and FILE.random.npy.
     #[arg(long, value_name = "FILE.npy")]
     dump_photons: Option<PathBuf>,
-    /// Also repeat the paper's Figures 5 to 7: time against pixels, photons and k, doubled from 17280, 30000 and 100; writes
-    /// paper.csv. Takes minutes.
+    /// Also repeat the paper's Figures 5 to 7: time against pixels, photons and k, doubled from 17280, 30000 and 100;
+    /// writes paper.csv. Takes minutes.
     #[arg(long)]
     paper: bool,
     /// No progress on stderr.

@@ -1,22 +1,22 @@
-//! ANA/RC, the Adaptive Neighbourhood Algorithm using Regression Coefficients of the intelligent lighting system (Miki laboratory,
-//! Doshisha University): a stochastic hill climbing in which each luminaire changes at random, looks what became of power and
-//! of the sensors it has influence on, and takes back what did no good.
+//! ANA/RC, the Adaptive Neighbourhood Algorithm using Regression Coefficients of the intelligent lighting system (Miki
+//! laboratory, Doshisha University): a stochastic hill climbing in which each luminaire changes at random, looks what
+//! became of power and of the sensors it has influence on, and takes back what did no good.
 //!
-//! The ten steps are those of SciTePress 2015, paper 51914: initial intensity; sensors send illuminance and target, the meter
-//! sends power; objective of the current intensity; neighbourhood by influence and illuminance; random next intensity in it;
-//! sensors and meter again; objective of the next; regression; accept if better, else return. One such search operation takes
-//! two of our steps, 2 s by default as there.
+//! The ten steps are those of SciTePress 2015, paper 51914: initial intensity; sensors send illuminance and target, the
+//! meter sends power; objective of the current intensity; neighbourhood by influence and illuminance; random next
+//! intensity in it; sensors and meter again; objective of the next; regression; accept if better, else return. One such
+//! search operation takes two of our steps, 2 s by default as there.
 //!
 //! The objective is as the laboratory's papers are commonly cited; the page with its formula was not readable for us:
-//! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met, else the
-//! squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds relative to the
-//! largest coefficient of a sensor, and lowered where the luminaires above them together could not give it what it asks for;
-//! what lies above target + tolerance counts like what lacks, where the scene gives a tolerance, and a luminaire whose sensors
-//! have more too much than they lack, weighed by coefficients, goes down; that P of a luminaire's decision is what it draws
-//! itself (`power = "meter"`: the whole, as in the source), since the random changes of all others are noise in the whole;
-//! regression on all luminaires at once by recursive least squares with a random walk of the coefficients, since in a
-//! regression on one alone the others are noise too; and that a sensor which falls silent is taken to read what the regression
-//! predicts.
+//! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met,
+//! else the squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds
+//! relative to the largest coefficient of a sensor, and lowered where the luminaires above them together could not give
+//! it what it asks for; what lies above target + tolerance counts like what lacks, where the scene gives a tolerance,
+//! and a luminaire whose sensors have more too much than they lack, weighed by coefficients, goes down; that P of a
+//! luminaire's decision is what it draws itself (`power = "meter"`: the whole, as in the source), since the random
+//! changes of all others are noise in the whole; regression on all luminaires at once by recursive least squares with a
+//! random walk of the coefficients, since in a regression on one alone the others are noise too; and that a sensor
+//! which falls silent is taken to read what the regression predicts.
 
 use super::{Controller, Installation, Make, Observation};
 use crate::error::InputError;
@@ -34,8 +34,8 @@ pub struct AnaRcParameters {
     pub weight: f64,
     /// Whether a luminaire weighs the power of all, as the meter has it, instead of its own.
     pub meter: bool,
-    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on; from less
-    /// where those luminaires together would not reach the target.
+    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on;
+    /// from less where those luminaires together would not reach the target.
     pub counts: f64,
     /// A luminaire is strong for a sensor from this share on: others are dimmed as long as the strong suffice.
     pub strong: f64,
@@ -43,7 +43,7 @@ pub struct AnaRcParameters {
     pub total: f64,
     /// A sensor this far above its target, lx, has enough; this far below, the weak are to help.
     pub margin: f64,
-    /// Neighbourhood of a luminaire that nobody needs: from … to, shares of full output.
+    /// Neighbourhood of a luminaire that no sensor needs: from … to, shares of full output.
     pub down: [f64; 2],
     /// Of one whose sensors have what they ask for.
     pub both: [f64; 2],
@@ -186,9 +186,9 @@ impl AnaRc {
         of
     }
 
-    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full output and
-    /// without the others, would not reach the target, it takes as many more, by their coefficients, as are needed, and all of
-    /// them are strong. All where nothing is known yet.
+    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full
+    /// output and without the others, would not reach the target, it takes as many more, by their coefficients, as are
+    /// needed, and all of them are strong. All where nothing is known yet.
     fn neighbours(&self, sensor: usize, target: f64, now: &LevelReadings, share: f64) -> Vec<usize> {
         let row = &self.regression.coefficients[sensor];
         let mut order: Vec<usize> = (0..row.len()).collect();
@@ -297,8 +297,8 @@ impl Controller for AnaRc {
     }
 }
 
-/// ΔE of each sensor as a sum over ΔI of all luminaires, by recursive least squares (a Kalman filter whose coefficients wander
-/// at random). Cost of a step: O(luminaires × (luminaires + sensors)).
+/// ΔE of each sensor as a sum over ΔI of all luminaires, by recursive least squares (a Kalman filter whose coefficients
+/// wander at random). Cost of a step: O(luminaires × (luminaires + sensors)).
 struct Regression {
     coefficients: Vec<Vec<f64>>,
     /// Covariance of the coefficients, the same for all sensors, row by row.

@@ -1,8 +1,9 @@
 //! A room under control, step by step: sensors read, a [`Controller`] dims, workers come and go, things fail.
 //!
-//! The room is the [influence matrix](crate::dimming::Influence): E = R d + daylight. A controller sees what its network would
-//! tell it, readings, targets, what its luminaires are set to and the power meter, and nothing of R or of what has failed. Beside
-//! it runs the optimum: the levels of least power for what is true at the time, found anew after every event.
+//! The room is the [influence matrix](crate::dimming::Influence): E = R d + daylight. A controller sees what its
+//! network would give it, readings, targets, what its luminaires are set to and the power meter, and nothing of R or of
+//! what has failed. Beside it runs the optimum: the levels of least power for what is true at the time, found anew
+//! after every event.
 //!
 //! A new controller is one file here with a type that implements [`Controller`], and one line in `CONTROLLERS`.
 
@@ -24,8 +25,8 @@ pub use summary::{HOLD, Phase, phases};
 
 /// What decides on levels.
 pub trait Controller {
-    /// The levels that luminaires are to have until the next measurement, one for each, 0 … 1. Values beyond are cut, values
-    /// between off and a luminaire's lowest level go to the nearer of the two.
+    /// The levels that luminaires are to have until the next measurement, one for each, 0 … 1. Values beyond are cut,
+    /// values between off and a luminaire's lowest level go to the nearer of the two.
     fn step(&mut self, seen: &Observation<'_>, stream: &mut Stream) -> Vec<f64>;
 }
 
@@ -89,7 +90,7 @@ pub struct Observation<'a> {
     pub power: f64,
     /// What each luminaire says it draws, in the same unit.
     pub draws: &'a [f64],
-    /// Levels of the optimum: what nobody in a real room could know, for the yardstick alone.
+    /// Levels of the optimum: unknown in a real room, only for comparison.
     pub oracle: &'a [f64],
 }
 
@@ -98,7 +99,7 @@ pub struct Observation<'a> {
 pub struct SensorSignal {
     /// E, lx, with noise; nothing from one that is silent.
     pub reading: Option<f64>,
-    /// What the worker there asks for, lx; nothing where nobody sits.
+    /// What the worker there asks for, lx; nothing where nobody is at work.
     pub target: Option<f64>,
     /// How much more is welcome, lx; any where nothing is said.
     pub tolerance: Option<f64>,
@@ -126,8 +127,8 @@ pub struct TimeStep {
 pub struct Series {
     /// One for each measurement.
     pub rows: Vec<TimeStep>,
-    /// Events that came about together: the time, s, in words, and whether all targets can be met from then on. The first is
-    /// the start.
+    /// Events that came about together: the time, s, in words, and whether all targets can be met from then on. The
+    /// first is the start.
     pub turns: Vec<Turn>,
 }
 
@@ -144,7 +145,7 @@ pub struct Turn {
     pub out_of_reach: Vec<usize>,
 }
 
-/// What ails a sensor.
+/// How a sensor fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     Silent,
@@ -203,7 +204,7 @@ impl Room {
         told.iter().zip(&self.stuck).map(|(&told, stuck)| stuck.unwrap_or(told)).collect()
     }
 
-    /// What all sensors send: numbers are drawn for each of them, whatever ails it.
+    /// What all sensors send: random numbers are drawn for each of them, failed or not.
     fn seen(&self, lux: &[f64], stream: &mut Stream) -> Vec<SensorSignal> {
         let see = |(sensor, &lux): (usize, &f64)| {
             let noise = self.noise[sensor] * normal(stream);

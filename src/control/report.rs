@@ -54,9 +54,9 @@ pub fn write(simulation: &Simulation<'_>, folder: &Path) -> Result<Vec<PathBuf>,
     Ok(paths.into())
 }
 
-/// One line for each measurement: time (s), power and the optimum's (W, or lm where power isn't known), then of each sensor
-/// the true E, what it read (empty when silent) and the target (empty where nobody is), lx, then the level of each luminaire,
-/// 0 … 1. Six significant digits.
+/// One line for each measurement: time (s), power and the optimum's (W, or lm where power isn't known), then of each
+/// sensor the true E, what it read (empty when silent) and the target (empty where nobody is), lx, then the level of
+/// each luminaire, 0 … 1. Six significant digits.
 ///
 /// # Errors
 /// Where `out` fails, and where a value isn't finite.
@@ -86,7 +86,7 @@ pub fn write_csv(simulation: &Simulation<'_>, out: &mut impl Write) -> io::Resul
     table.flush()
 }
 
-/// What a phase came to, cell by cell.
+/// The results of a phase, cell by cell.
 fn figures(phase: &Phase, influence: &Influence) -> [String; 9] {
     let what = if phase.what.is_empty() { "start".to_owned() } else { phase.what.join("; ") };
     let settled = phase.settled.map_or_else(|| "never".into(), |seconds| format!("{seconds:.0} s"));
@@ -94,7 +94,7 @@ fn figures(phase: &Phase, influence: &Influence) -> [String; 9] {
     let excess = match phase.excess() {
         _ if !phase.met => "targets missed".into(),
         None => "–".into(),
-        // Less than the optimum draws, no levels can meet the targets themselves with.
+        // No levels that draw less than the optimum meet the targets themselves.
         Some(share) if share < -1e-3 => "within the band".into(),
         Some(share) => format!("{:+.1}", 100.0 * share.max(0.0)),
     };

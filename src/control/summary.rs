@@ -1,4 +1,4 @@
-//! What a simulation comes to, phase by phase.
+//! The results of a simulation, phase by phase.
 
 use super::{Script, Series, TimeStep};
 use crate::results::met::is_within;
@@ -27,15 +27,16 @@ pub struct Phase {
     pub above: f64,
     /// Worst sensor by its mean over the last third: how far that is below the target, or above target + tolerance, lx.
     pub mean_miss: f64,
-    /// Whether targets are met at the end: they were within the band for [`HOLD`], and their means are over the last third.
+    /// Whether targets are met at the end: they were within the band for [`HOLD`], and their means are over the last
+    /// third.
     pub met: bool,
     /// Sensors whose targets can't be met.
     pub out_of_reach: Vec<usize>,
 }
 
 impl Phase {
-    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing. Where targets are missed it says
-    /// nothing: see `met`.
+    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing. Where targets are missed
+    /// it says nothing: see `met`.
     pub fn excess(&self) -> Option<f64> {
         (self.optimum > 0.0).then(|| self.power / self.optimum - 1.0)
     }

@@ -1,9 +1,10 @@
 //! Levels that reach every target: at least power, or as exactly as can be.
 //!
-//! Each luminaire is off or between its lowest level and full output, and its power runs in straight pieces over its level. So
-//! the problem is a linear program (quadratic where targets are to be met exactly) but for the gap between off and the lowest
-//! level, and for curves that bend the wrong way. Both are relaxed to the lower convex hull of the curve, solved by Clarabel's
-//! interior points, and what the relaxation got wrong is split: off or on, below or above a corner of the curve.
+//! Each luminaire is off or between its lowest level and full output, and its power runs in straight pieces over its
+//! level. So the problem is a linear program (quadratic where targets are to be met exactly) but for the gap between
+//! off and the lowest level, and for curves that bend the wrong way. Both are relaxed to the lower convex hull of the
+//! curve, solved by Clarabel's interior points, and what the relaxation got wrong is split: off or on, below or above a
+//! corner of the curve.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
@@ -29,8 +30,8 @@ pub struct Answer {
     pub levels: Vec<f64>,
     /// What they draw, in [`Influence::power_unit`].
     pub power: f64,
-    /// No levels that reach the same draw less than this; `power` itself but where the search was cut short, and nothing where
-    /// exactness comes before power.
+    /// No levels that reach the same draw less than this; `power` itself but where the search was cut short, and
+    /// nothing where exactness comes before power.
     pub bound: Option<f64>,
     /// Sensors whose target no levels reach, or not together with the others.
     pub missed: Vec<Missed>,
@@ -248,7 +249,8 @@ impl<'a> LevelSearch<'a> {
         hull
     }
 
-    /// Least cost in a part where power follows the hulls, and the levels that have it; nothing where targets can't be met.
+    /// Least cost in a part where power follows the hulls, and the levels that have it; nothing where targets can't be
+    /// met.
     fn relaxed(&self, ranges: &[LevelRange]) -> Option<(f64, Vec<f64>)> {
         let count = ranges.len();
         let hulls: Vec<Vec<[f64; 2]>> = ranges.iter().enumerate().map(|(lamp, range)| self.hull(lamp, range)).collect();

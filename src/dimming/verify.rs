@@ -17,11 +17,12 @@ pub struct Verified {
     pub results: Option<Results>,
 }
 
-/// Renders a scene at some levels, with random numbers that belong to the number given; also says whether another render is
-/// allowed.
+/// Renders a scene at some levels, with random numbers that belong to the number given; also says whether another
+/// render is allowed.
 pub type Render<'a> = &'a mut dyn FnMut(Levels, u64) -> Result<(Results, bool), Error>;
 
-/// Verifies levels by renders, and mends them; see [`sure::verify`]. Where every luminaire is off there is nothing to render.
+/// Verifies levels by renders, and corrects them; see [`sure::verify`]. Where every luminaire is off there is nothing
+/// to render.
 ///
 /// # Errors
 /// As [`sure::verify`].

@@ -1,7 +1,8 @@
-//! What stands in an office: each item made of closed shells about its own origin, on its own floor (z = 0), looking to +y.
+//! What stands in an office: each item made of closed shells about its own origin, on its own floor (z = 0), looking to
+//! +y.
 //!
-//! Where parts of an item meet, one goes a few millimetres into the other, as joints do: no two faces lie in one plane, and
-//! no light passes between. Items stand 1 mm above what carries them.
+//! Where parts of an item meet, one goes a few millimetres into the other, as joints do: no two faces lie in one plane,
+//! and no light passes between. Items stand 1 mm above what carries them.
 
 use std::f64::consts::PI;
 
@@ -59,7 +60,8 @@ impl Finish {
         Self::Leaf,
     ];
 
-    /// Its name in the OBJ, and its Lambertian reflectance: usual values, none of them measured. Windows are seen at night.
+    /// Its name in the OBJ, and its Lambertian reflectance: usual values, none of them measured. Windows are seen at
+    /// night.
     pub fn properties(self) -> (&'static str, f64) {
         match self {
             Self::Floor => ("floor", 0.2),

@@ -1,8 +1,9 @@
 //! Where everything stands.
 //!
-//! The floor is a grid of modules of 7.2 × 4.8 m. Each holds an island of six desks, three facing three across partitions,
-//! or a meeting table where there are more modules than islands. Panels of 0.6 m hang 2.4 m apart, downlights over the
-//! aisles between the modules, where every other crossing has a column. Both long walls are windows, both short ones have doors.
+//! The floor is a grid of modules of 7.2 × 4.8 m. Each holds an island of six desks, three facing three across
+//! partitions, or a meeting table where there are more modules than islands. Panels of 0.6 m hang 2.4 m apart,
+//! downlights over the aisles between the modules, where every other crossing has a column. Both long walls are
+//! windows, both short ones have doors.
 
 use glam::DVec3;
 
@@ -30,17 +31,17 @@ const FROM_WALL: f64 = 0.3;
 /// Most sensors.
 const MOST_SENSORS: u32 = 48;
 
-/// What desks ask for, in the mean illuminance at 0.75 m. Of some twenty offices of 1 to 300 workstations, of all heights, windows
-/// and numbers of luminaires, rendered at full output, the darkest desk of the worst had 0.61: one that stands between columns and
-/// cupboards, or far from the next of few panels.
+/// What desks ask for, in the mean illuminance at 0.75 m. Of some twenty offices of 1 to 300 workstations, of all
+/// heights, windows and numbers of luminaires, rendered at full output, the darkest desk of the worst had 0.61: one
+/// that stands between columns and cupboards, or far from the next of few panels.
 const ASKED: f64 = 0.55;
 
 /// Luminous flux of a downlight in that of a panel.
 const DOWNLIGHT_SHARE: f64 = 0.5;
 
-/// Illuminance at 0.75 m over luminous flux per floor area, for a room index k = L·W/(h·(L + W)), h being the height of the
-/// openings over that plane: fitted to six offices that this command made and luxmap rendered, 6 to 216 workstations under
-/// ceilings of 2.8 and 4 m, k = 0.9 … 9.2. Those are met within 2 %.
+/// Illuminance at 0.75 m over luminous flux per floor area, for a room index k = L·W/(h·(L + W)), h being the height of
+/// the openings over that plane: fitted to six offices that this command made and luxmap rendered, 6 to 216
+/// workstations under ceilings of 2.8 and 4 m, k = 0.9 … 9.2. Those are met within 2 %.
 fn utilisation(room_index: f64) -> f64 {
     room_index / (0.96 * room_index + 0.98)
 }

@@ -34,8 +34,8 @@ pub struct Written {
 }
 
 impl Office {
-    /// Writes `office.obj`, `office.mtl`, `downlight.ies` and, last, `office.toml` into `folder`, which is made if it is
-    /// not there. Each file is whole or not there. Memory does not grow with the mesh.
+    /// Writes `office.obj`, `office.mtl`, `downlight.ies` and, last, `office.toml` into `folder`, which is made if it
+    /// is not there. Each file is whole or not there. Memory does not grow with the mesh.
     pub fn write(&self, folder: &Path) -> Result<Written, Error> {
         report::make_folder(folder)?;
         let mut written = Written::default();
@@ -173,8 +173,8 @@ impl Office {
         text
     }
 
-    /// A low-glare downlight after LM-63-2002: I(γ) = I₀ cos γ/(1 + (tan γ/tan 45°)⁸), so that past 65° next to nothing is
-    /// left. I₀ gives the flux that the scene asks for.
+    /// A low-glare downlight after LM-63-2002: I(γ) = I₀ cos γ/(1 + (tan γ/tan 45°)⁸), so that past 65° next to nothing
+    /// is left. I₀ gives the flux that the scene asks for.
     fn ies(&self) -> String {
         const STEP: f64 = 2.5;
         let shape = |angle: f64| {

@@ -1,14 +1,14 @@
 //! E_min and E_max: the cells that decide them are read once more, by rays that had no part in choosing them.
 //!
-//! The least of many cells that each err a little reads low, and so does U₀ with it. So, when the passes are over, the darkest
-//! cells of every plane, area and surface send further rays: many cells few rays, few cells many. They go on as paths, as
-//! method `path` has them: no bias, whatever the photons say, and their scatter tells all of their error.
-//! The last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing to
-//! do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
+//! The least of many cells that each err a little reads low, and so does U₀ with it. So, when the passes are over, the
+//! darkest cells of every plane, area and surface send further rays: many cells few rays, few cells many. They go on as
+//! paths, as method `path` has them: no bias, whatever the photons say, and their scatter is all of their error. The
+//! last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing
+//! to do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
 //!
-//! Where paths hardly find the light (by mirrors, opal covers, small openings) they would read low and not know it. So they are
-//! tried first on cells all over the place: if what they find there scatters much, or contradicts the map, the extremes are
-//! the map's own, with the standard errors of their cells.
+//! Where paths hardly find the light (by mirrors, opal covers, small openings) they would read low and not know it. So
+//! they are tried first on cells all over the place: if what they find there scatters much, or contradicts the map, the
+//! extremes are the map's own, with the standard errors of their cells.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -49,15 +49,15 @@ const LAST_RAYS: u64 = 1024;
 /// Standard error that a reading is to have, as a part of it: the map's own claim, within these bounds.
 const AIM: [f64; 2] = [0.002, 0.02];
 
-/// Cells all over a place, and rays of each, by which it is tried whether these rays know its light at all; the most that their
-/// mean may scatter, and differ from the map's beside that, as parts of it.
+/// Cells all over a place, and rays of each, by which it is tried whether these rays know its light at all; the most
+/// that their mean may scatter, and differ from the map's beside that, as parts of it.
 const TRIED: usize = 32;
 const TRIED_RAYS: u64 = 64;
 const MOST_SCATTER: f64 = 0.05;
 const MOST_OFF: f64 = 0.02;
 
-/// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard error:
-/// where light is even, half of all cells do.
+/// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard
+/// error: where light is even, half of all cells do.
 const UNNOTICED: f64 = 0.2;
 
 /// What further rays found at one point, means of each round.
@@ -136,7 +136,7 @@ struct FurtherRays<'a, const C: usize> {
     cast: AtomicU64,
 }
 
-/// What a race for one end of some cells came to.
+/// The result of a race for one end of some cells.
 struct RaceResult<const C: usize> {
     reading: Reading,
     /// Points read last, what they read, and its variance as a part of the square of what they read.
@@ -331,7 +331,8 @@ impl<const C: usize> FurtherRays<'_, C> {
         Reading { lux: found.lux, error: found.variance.sqrt() }
     }
 
-    /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons contradict rays by.
+    /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons
+    /// contradict rays by.
     fn fixed(&self, point: usize) -> (f64, f64) {
         let rest = self.place.rest.get(point).copied().unwrap_or(Estimate::DARK);
         let (mut lux, mut variance) = (photometric(rest.value), rest.variance);
@@ -353,8 +354,8 @@ impl<const C: usize> FurtherRays<'_, C> {
         ((relative_variance * (share / self.aim).powi(2)) as u64).max(1).next_power_of_two()
     }
 
-    /// Sends so many rays a round from each point, and learns from them; returns what they found, and its variance as a part
-    /// of its square, pooled.
+    /// Sends so many rays a round from each point, and learns from them; returns what they found, and its variance as a
+    /// part of its square, pooled.
     fn look(
         &self,
         racing: &mut [Belief],
@@ -447,24 +448,24 @@ impl<const C: usize> Place<C> {
             let sampled = self.straight().filter(|part| part.can_sample_again());
             sampled.map(|part| part.straight(point).variance).sum()
         };
-        let told_apart = self.groups.is_some();
+        let grouped = self.groups.is_some();
         let doubt = self.doubt(point);
         let worse = light.variance + faint.variance >= now.variance - rest.variance - doubt + faint_now;
-        if worse || (told_apart && now.value.iter().any(|lux| *lux <= 0.0)) {
+        if worse || (grouped && now.value.iter().any(|lux| *lux <= 0.0)) {
             return;
         }
         let mut whole = rest;
         whole.add(&light);
         whole.variance += doubt;
-        if told_apart {
+        if grouped {
             self.scaled.push((point, std::array::from_fn(|c| whole.value[c] / now.value[c])));
         }
         self.bounced[point] = whole;
         self.parts.iter_mut().for_each(|part| part.replace_straight(point, faint));
     }
 
-    /// Keeps smoothed cells within the extremes, where that does not move the mean by more than `most` (lx): smoothing may
-    /// not undershoot what the darkest cell was read to be.
+    /// Keeps smoothed cells within the extremes, where that does not move the mean by more than `most` (lx): smoothing
+    /// may not undershoot what the darkest cell was read to be.
     fn bound(&mut self, points: &[usize], [low, high]: [f64; 2], most: f64) {
         let lux: Vec<f64> = points.iter().map(|&point| photometric(Cell::of(self, point).value)).collect();
         let raised = lux.iter().map(|lux| (low - lux).max(0.0)).sum::<f64>();

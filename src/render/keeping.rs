@@ -14,10 +14,10 @@ use crate::state::file::{Kept, Recipe, StateHeader};
 use crate::state::tape::Tape;
 use crate::state::{PassRange, file};
 
-/// What a run shall keep, and go on from.
+/// What a run keeps, and goes on from.
 pub struct Keeping<'a> {
-    /// A file that holds the state after each pass. Where it is there already, the run goes on from it, unless it merges
-    /// others.
+    /// A file that holds the state after each pass. Where it is there already, the run goes on from it, unless it
+    /// merges others.
     pub checkpoint: Option<&'a Path>,
     /// States of other runs: they are added up, and no pass is run.
     pub states: &'a [PathBuf],
@@ -119,7 +119,8 @@ impl<const C: usize> Rendering<'_, C> {
         kept.add_to(&mut |tape| self.exchange(places, views, tape))
     }
 
-    /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose is said.
+    /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose
+    /// is said.
     pub(super) fn save(
         &mut self,
         places: &mut [Place<C>],

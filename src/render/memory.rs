@@ -1,8 +1,8 @@
 //! How much memory a run will take, told before it begins.
 //!
-//! Counted from what is kept for each cell, pixel, photon and triangle, and fitted to what runs took on Linux (VmHWM) where a
-//! library's share can't be counted. A test holds it to a fifth; photons of methods that store them are those of the seed
-//! office, where most cross the floor.
+//! Counted from what is kept for each cell, pixel, photon and triangle, and fitted to what runs took on Linux (VmHWM)
+//! where a library's share can't be counted. A test holds it to a fifth; photons of methods that store them are those
+//! of the seed office, where most cross the floor.
 
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
@@ -145,8 +145,8 @@ impl CellBytes {
     }
 }
 
-/// Fits a run into `budget` GB, where there is one: lowers its photons a pass where they are too many, and returns how many
-/// cells of a plane may be in work at once.
+/// Fits a run into `budget` GB, where there is one: lowers its photons a pass where they are too many, and returns how
+/// many cells of a plane may be in work at once.
 ///
 /// # Errors
 /// Where it does not fit at all.

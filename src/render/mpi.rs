@@ -20,7 +20,8 @@ const PART: usize = 1 << 30;
 /// What the thread that may call MPI is asked to do.
 type Call = Box<dyn FnOnce(&SimpleCommunicator) + Send>;
 
-/// The processes that mpirun started. Dropped before [`World::leave`], it ends them all: one that is lost would be waited for.
+/// The processes that mpirun started. Dropped before [`World::leave`], it ends them all: the others would wait for one
+/// that is lost.
 pub struct World {
     calls: Mutex<Option<Sender<Call>>>,
     thread: Option<JoinHandle<()>>,
@@ -77,10 +78,14 @@ impl World {
     fn call<R: Send + 'static>(&self, what: impl FnOnce(&SimpleCommunicator) -> R + Send + 'static) -> R {
         let (answer, answered) = mpsc::channel();
         let call: Call = Box::new(move |world| {
-            let _ = answer.send(what(world)); // who asked waits for it
+            let _ = answer.send(what(world)); // the caller waits for it
         });
         let calls = self.calls.lock().expect("no call panics with the lock held");
-        calls.as_ref().expect("nobody calls after the end").send(call).expect("the thread lives as long as its calls");
+        calls
+            .as_ref()
+            .expect("there are no calls after the end")
+            .send(call)
+            .expect("the thread lives as long as its calls");
         drop(calls);
         answered.recv().expect("a failing MPI call ends the process")
     }

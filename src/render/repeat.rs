@@ -14,12 +14,13 @@ use crate::results::CameraImage;
 use crate::state::tape::Tape;
 use crate::state::{PassRange, Passes};
 
-/// Passes at least where an error is asked for and there are points without neighbours (sensors, samples of surfaces), or
-/// nothing but pixels: their claims rest on the scatter of their own batches, and four passes of four rounds make 16.
+/// Passes at least where an error is asked for and there are points without neighbours (sensors, samples of surfaces),
+/// or nothing but pixels: their claims rest on the scatter of their own batches, and four passes of four rounds make
+/// 16.
 const FEWEST_PASSES: u32 = 4;
 
-/// The next check comes after so many times the passes done, at least and at most: asking costs as much as a pass or two, and
-/// an error known from few passes is a poor guide to many.
+/// The next check comes after so many times the passes done, at least and at most: asking costs as much as a pass or
+/// two, and an error known from few passes is a poor guide to many.
 const NEXT_CHECK: [f64; 2] = [1.4, 2.0];
 
 impl<const C: usize> Rendering<'_, C> {

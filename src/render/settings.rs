@@ -14,16 +14,18 @@ pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
     /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`] times.
+    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`]
+    /// times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
     /// k; by method and number of photons where not given.
     pub nearest: Option<usize>,
-    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see [`Scene::diagonal`](crate::scene::Scene::diagonal)).
+    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see
+    /// [`Scene::diagonal`](crate::scene::Scene::diagonal)).
     pub radius: Option<f64>,
-    /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
-    /// themselves.
+    /// The error is not asked for before so many passes are done: from few, standard errors of single points are
+    /// uncertain themselves.
     pub least_passes: u32,
     /// The first of them: runs of different passes, or seeds, add up to one.
     pub first_pass: u32,
@@ -47,7 +49,7 @@ impl Settings {
         Self { photons, groups: plan.groups, ..defaults }
     }
 
-    /// The settings of a run: what was chosen, over the defaults of the plan. Where nobody says when it ends, it ends at a
+    /// The settings of a run: what was chosen, over the defaults of the plan. Where no limit is given, it ends at a
     /// standard error of 1 %, or of [`IMAGE_ERROR`] where there are only cameras; `seed` after one pass.
     pub fn chosen(options: &Options, scene: &Scene, plan: &Plan) -> Self {
         let defaults = Self::for_plan(plan);
@@ -98,6 +100,6 @@ pub const SENSOR_RAYS: u32 = 32;
 /// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
 pub const PIXEL_RAYS: u32 = 4;
 
-/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
-/// only; where maps or sensors end the run, an image that has it takes no more rays.
+/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has
+/// cameras only; where maps or sensors end the run, an image that has it takes no more rays.
 pub const IMAGE_ERROR: f64 = 5.0;

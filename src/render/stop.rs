@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use crate::error::OptionError;
 
-/// When a run ends: after so many passes, at an error, before a time is over, whichever comes first. A run without any of
-/// them goes on until it is interrupted, so it has to be asked for: [`Stop::when_interrupted`].
+/// When a run ends: after so many passes, at an error, before a time is over, whichever comes first. A run without any
+/// of them goes on until it is interrupted, so it has to be asked for: [`Stop::when_interrupted`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     passes: Option<NonZeroU32>,
@@ -20,8 +20,8 @@ impl Stop {
         Self::when_interrupted().or_after(passes)
     }
 
-    /// When the claimed standard error of every map, or of every sensor where there is no map, is at most so many % of its
-    /// mean; where there are only cameras, that of every image. It is above 0, or the run is refused.
+    /// When the claimed standard error of every map, or of every sensor where there is no map, is at most so many % of
+    /// its mean; where there are only cameras, that of every image. It is above 0, or the run is refused.
     pub const fn at_error(percent: f64) -> Self {
         Self::when_interrupted().or_at_error(percent)
     }

@@ -21,8 +21,8 @@ pub(crate) fn own(html: &'static str) -> PreEscaped<&'static str> {
     PreEscaped(html)
 }
 
-/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped and in
-/// false colours; what is beyond their number has none.
+/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped
+/// and in false colours; what is beyond their number has none.
 pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let run = &results.run;
     let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
@@ -67,7 +67,7 @@ pub(crate) fn document(title: &str, styles: &[&'static str], main: &Markup) -> S
     page.into_string()
 }
 
-/// What the user ought to know.
+/// What the user should know.
 pub(crate) fn warnings(warnings: &[String]) -> Markup {
     html! {
         @if !warnings.is_empty() {

@@ -1,4 +1,5 @@
-//! What a scene is made of, as text for a person at a terminal: a table of its materials, and what was found in its meshes.
+//! What a scene is made of, as text for a person at a terminal: a table of its materials, and what was found in its
+//! meshes.
 
 use crate::scene::inventory::{Inventory, MaterialUse, MeshCheck, what_it_is};
 use crate::text::number::{count, short};

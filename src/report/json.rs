@@ -1,23 +1,24 @@
 //! The summary for programs: one JSON object, keys in a fixed order, each with its unit in its name.
 //!
 //! `luxmap`, `scene`, `scene_sha256`, `method`, `tree`, `seed`, `passes`, `nearest`, `radius_m`, `photons_emitted`,
-//! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that weak
-//! luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest of the
-//! luminaires, null where the scene gives none: the installation is new), then
-//! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
-//!   where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed body,
-//!   `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
-//!   told apart; `areas` where the scene asks for some: `name`, `kind`, figures as above, `required_mean_lx` and `required_u0`
-//!   (null where nothing is required), `required_met` (null where that isn't decided, too), `required_verdict` (in words);
-//!   keys with `error` are standard errors (1 σ) of the figures;
+//! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that
+//! weak luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest
+//! of the luminaires, null where the scene gives none: the installation is new), then
+//! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are
+//!   null where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed
+//!   body, `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the
+//!   plane's mean of each light group, where they are told apart; `areas` where the scene asks for some: `name`,
+//!   `kind`, figures as above, `required_mean_lx` and `required_u0` (null where nothing is required), `required_met`
+//!   (null where that isn't decided, too), `required_verdict` (in words); keys with `error` are standard errors (1 σ)
+//!   of the figures;
 //! - `surfaces`: `name`, `spacing_m`, `samples_with_value`, `samples_without_value`, `area_m2`, `flux_lm` (Σ E A), and
 //!   figures weighed by area, null where no sample has a value; `without_value` as above;
-//! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive; `no_value_because` says why), `target_lx`, `target_met` (whether it reads as much; null without a
-//!   target), `target_verdict` (in words, with what the error leaves open); `rgb_lx` in coloured scenes; `groups`: `name`,
-//!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
-//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
-//!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
+//! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no
+//!   light can arrive; `no_value_because` says why), `target_lx`, `target_met` (whether it reads as much; null without
+//!   a target), `target_verdict` (in words, with what the error leaves open); `rgb_lx` in coloured scenes; `groups`:
+//!   `name`, `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
+//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is
+//!   seen), `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
 //! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
 //!   `bvh_memory_bytes`;
@@ -31,8 +32,8 @@ use crate::results::{
     Statistics, SurfaceMap, Verdict, statistics, without,
 };
 
-/// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
-/// digits; one that isn't finite is null.
+/// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all
+/// their digits; one that isn't finite is null.
 pub fn summary(results: &Results) -> String {
     let mut text =
         serde_json::to_string_pretty(&SummaryJson::new(results)).expect("numbers, texts and lists make JSON");

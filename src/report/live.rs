@@ -1,8 +1,8 @@
 //! The live page: one HTML file, without a network, in which luminaires are dimmed and the map follows.
 //!
-//! The map is the sum of the luminaires' layers, each times its dimming, and what does not dim. [`Page::write`] packs the
-//! layers into the page (`live/layers.rs`); its script adds them up, draws, reads the sensors and finds the dimming of least
-//! power (`live/*.js`, plain JavaScript, no library).
+//! The map is the sum of the luminaires' layers, each times its dimming, and what does not dim. [`Page::write`] packs
+//! the layers into the page (`live/layers.rs`); its script adds them up, draws, reads the sensors and finds the dimming
+//! of least power (`live/*.js`, plain JavaScript, no library).
 
 mod layers;
 mod units;
@@ -58,8 +58,8 @@ pub struct Page<'a> {
     pub planes: Vec<Map>,
     /// Illuminance sensors.
     pub sensors: Vec<LiveSensor>,
-    /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long as
-    /// targets and places are those of the file; for others the page solves.
+    /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long
+    /// as targets and places are those of the file; for others the page solves.
     pub optimum: Option<Vec<f64>>,
     /// σ by which a sensor must be on the right side of its target to be called met.
     pub sigmas: f64,
@@ -137,9 +137,9 @@ pub struct LiveSensor {
 impl Page<'_> {
     /// Writes the page, no larger than [`MOST_BYTES`].
     ///
-    /// The map errs by [`MAP_ERROR`] at most, sensors by [`SENSOR_ERROR`], as long as nothing has to be left out. Where the
-    /// page would be too large, blocks of 2 × 2, 4 × 4 … cells become one, as long as 30 remain along the longer side; then
-    /// the luminaires of a group are put together under one slider, and cells again. The page says so.
+    /// The map errs by [`MAP_ERROR`] at most, sensors by [`SENSOR_ERROR`], as long as nothing has to be left out. Where
+    /// the page would be too large, blocks of 2 × 2, 4 × 4 … cells become one, as long as 30 remain along the longer
+    /// side; then the luminaires of a group are put together under one slider, and cells again. The page says so.
     ///
     /// # Panics
     /// If a layer, mask or influence has another length than its plane or luminaires, or a value is not finite.
@@ -286,7 +286,8 @@ struct SceneData<'a> {
     colours: String,
 }
 
-/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, cells' errors, each unit's light.
+/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, cells'
+/// errors, each unit's light.
 #[derive(Serialize)]
 struct PlaneData<'a> {
     name: &'a str,

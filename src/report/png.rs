@@ -1,10 +1,11 @@
 //! The false-colour picture of a map: what a person looks at first.
 //!
-//! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a hundredth of
-//! the cells where those few are far brighter), isolux lines stand at the legend's ticks and carry their value in lx,
-//! luminaires are outlined, cells where no light can arrive are hatched. The plane is seen from the measured side, `along`
-//! to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of few cells show them as squares; others
-//! are interpolated between the cells' centres, or averaged where there are more cells than pixels.
+//! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a
+//! hundredth of the cells where those few are far brighter), isolux lines stand at the legend's ticks and carry their
+//! value in lx, luminaires are outlined, cells where no light can arrive are hatched. The plane is seen from the
+//! measured side, `along` to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of few cells show
+//! them as squares; others are interpolated between the cells' centres, or averaged where there are more cells than
+//! pixels.
 
 mod canvas;
 pub(super) mod drawing;
@@ -76,8 +77,8 @@ pub fn picture(map: &IlluminanceMap, run: &Run) -> io::Result<Vec<u8>> {
     canvas.encode()
 }
 
-/// The value at which the colours end: the highest, unless a few bright cells (a caustic, a lamp's foot) would leave none
-/// for the others. Then it is what one cell in a hundred exceeds.
+/// The value at which the colours end: the highest, unless a few bright cells (a caustic, a lamp's foot) would leave
+/// none for the others. Then it is what one cell in a hundred exceeds.
 fn brightest_shown(map: &IlluminanceMap, found: &Statistics) -> f64 {
     let mut values: Vec<f64> = map.values().flatten().collect();
     let Some(rank) = values.len().checked_sub(1 + values.len() / 100) else { return found.max.0 };

@@ -45,8 +45,8 @@ pub struct AreaFigures {
 }
 
 impl AreaFigures {
-    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it. `claim` is
-    /// that of the run.
+    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it. `claim`
+    /// is that of the run.
     pub fn verdict(&self, claim: f64) -> Option<Verdict> {
         let Required { mean, uniformity } = self.required;
         let Statistics { errors, .. } = self.figures;
@@ -101,8 +101,8 @@ pub(crate) struct AreaPart {
     pub(crate) cells: Vec<usize>,
 }
 
-/// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its bands.
-/// Surrounding and background end at the margin; a band without any cell in it is left out.
+/// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its
+/// bands. Surrounding and background end at the margin; a band without any cell in it is left out.
 pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<AreaPart> {
     if areas.is_empty() {
         return Vec::new();
@@ -147,8 +147,8 @@ pub fn figures(areas: &Areas, map: &IlluminanceMap, known: &[Extremes]) -> Vec<A
     parts.into_iter().enumerate().map(of_part).collect()
 }
 
-/// Largest cell that EN 12464-1 (4.4) allows on an area of these sides, m: p = 0.2 · 5^(lg d), at most 10 m. d is the longer
-/// side, but the shorter one where the longer is twice as long or more.
+/// Largest cell that EN 12464-1 (4.4) allows on an area of these sides, m: p = 0.2 · 5^(lg d), at most 10 m. d is the
+/// longer side, but the shorter one where the longer is twice as long or more.
 pub fn grid_spacing(sides: [f64; 2]) -> f64 {
     let (short, long) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
     let d = if long >= 2.0 * short { short } else { long };

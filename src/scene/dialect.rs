@@ -1,8 +1,8 @@
 //! What programs mean by the materials of their MTL files.
 //!
-//! `illum` alone says little: Maya writes `illum 4` and `Tf 1 1 1` for everything (its `Tf` is the opposite of what the format
-//! says), 3ds Max `illum 4` beside `d 1`, Blender `illum 9` or 2 for glass, and some write `Tr` as `d`. So what counts is what
-//! is physically said, all of it together:
+//! `illum` alone says little: Maya writes `illum 4` and `Tf 1 1 1` for everything (its `Tf` is the opposite of what the
+//! format says), 3ds Max `illum 4` beside `d 1`, Blender `illum 9` or 2 for glass, and some write `Tr` as `d`. So what
+//! counts is what is physically said, all of it together:
 //!
 //! | said | means |
 //! |---|---|
@@ -140,7 +140,7 @@ fn through(mtl: &MtlMaterial, glass: bool, told: &mut Remarks) -> Result<Option<
     })
 }
 
-/// The share of each channel that all sayings together let pass, if any.
+/// The share of each channel that all keys together let pass, if any.
 fn passed(mtl: &MtlMaterial, sayings: &Sayings, told: &mut Remarks) -> Option<[f64; 3]> {
     let &Sayings { refracts, ior, through, filter } = sayings;
     let (glass, illum) = (refracts && ior.is_some(), mtl.illumination.unwrap_or(0));

@@ -1,8 +1,9 @@
 //! Faces that are drawn twice.
 //!
-//! Some programs, SketchUp above all, write each face twice: the front with its material and, the other way round, the back with
-//! another. Light would meet the one or the other by chance. Here they become one face, the first of them in the file, with
-//! what the other is on its [back](Material::back). A face that is repeated the same way round is left out.
+//! Some programs, SketchUp above all, write each face twice: the front with its material and, the other way round, the
+//! back with another. Light would meet the one or the other by chance. Here they become one face, the first of them in
+//! the file, with what the other is on its [back](Material::back). A face that is repeated the same way round is left
+//! out.
 
 mod find;
 mod patches;
@@ -18,7 +19,7 @@ use super::surface::Surface;
 use crate::text::quoted;
 use patches::Patch;
 
-/// What becomes of the triangles of a mesh.
+/// What is made of the triangles of a mesh.
 #[derive(Default)]
 pub(crate) struct DoubleFaces {
     /// Those that are left out, ascending.

@@ -16,7 +16,7 @@ pub(crate) use unit::unit_in_doubt;
 use super::{Material, Scene, Sides};
 use crate::luminaire::Opening;
 
-/// Who says what a material is.
+/// Where a material is from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MaterialSource {
     /// A section of the scene file.
@@ -94,7 +94,7 @@ impl MeshPart {
 pub struct MaterialUse {
     /// What it is.
     pub material: Material,
-    /// Who says so.
+    /// Where it is from.
     pub origin: Origin,
     /// Area of its faces, m², one side.
     pub area: f64,

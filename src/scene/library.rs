@@ -1,8 +1,9 @@
 //! MTL files: where an OBJ's `mtllib` lines lead, and which of their materials a `usemtl` means.
 //!
 //! Programs write names that only they can find: folders of another machine, capitals that a Windows disk doesn't mind,
-//! several files in a line, blanks within a name. What is taken in a name's place is told; what isn't found, where it was
-//! looked for. An OBJ that names no MTL file at all goes with the one of its own name, as every program writes the two.
+//! several files in a line, blanks within a name. What is taken in a name's place is told; what isn't found, where it
+//! was looked for. An OBJ that names no MTL file at all goes with the one of its own name, as every program writes the
+//! two.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs;
@@ -159,8 +160,8 @@ impl Reader {
         library.missing.push(name.to_owned());
     }
 
-    /// The MTL file of the OBJ's own name: taken where the OBJ names none and has materials of which nothing else is said,
-    /// and a hint where it names others.
+    /// The MTL file of the OBJ's own name: taken where the OBJ names none and has materials of which nothing else is
+    /// said, and a hint where it names others.
     fn namesake(
         &mut self,
         path: &Path,
@@ -231,8 +232,8 @@ fn spellings(obj: &Path, name: &str) -> Vec<PathBuf> {
     paths
 }
 
-/// The names of a `mtllib` line: the whole line as one, which may hold blanks, where there is such a file; else one after
-/// another, each in quotes, up to `.mtl`, or a word.
+/// The names of a `mtllib` line: the whole line as one, which may hold blanks, where there is such a file; else one
+/// after another, each in quotes, up to `.mtl`, or a word.
 fn names_of(obj: &Path, line: &str) -> Vec<String> {
     let is_there = |name: &str| spellings(obj, name).iter().any(|path| path.is_file());
     // Some programs write a blank within a name as "\\ ".
@@ -256,7 +257,8 @@ fn names_of(obj: &Path, line: &str) -> Vec<String> {
     names
 }
 
-/// Where an unquoted name ends: behind the first word that ends with `.mtl`; where there is none, behind the first word.
+/// Where an unquoted name ends: behind the first word that ends with `.mtl`; where there is none, behind the first
+/// word.
 fn end_of_name(line: &str) -> usize {
     let mut start = 0;
     for word in line.split([' ', '\t']) {

@@ -1,17 +1,18 @@
 //! OBJ and MTL files line by line, on their way to `tobj`.
 //!
 //! `tobj` parses numbers and resolves indices, but names no line in its errors, takes `l 1 2 3` for a triangle, forgets
-//! the name of a material that no MTL defines, and panics on `Kd 0.5` and (where overflow is checked) on `f 1/-9 2/-9 3/-9`.
-//! So it is fed one tidied line at a time, and no more than what a scene needs: where it stops is the line at fault.
+//! the name of a material that no MTL defines, and panics on `Kd 0.5` and (where overflow is checked) on `f 1/-9 2/-9
+//! 3/-9`. So it is fed one tidied line at a time, and no more than what a scene needs: where it stops is the line at
+//! fault.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
 
 use encoding_rs::{SHIFT_JIS, WINDOWS_1252};
 
-/// Logical lines of a file. A backslash at the end of a statement of numbers joins the next line, as OBJ allows, where that
-/// line goes on with a number. Any other is part of a name, a Windows folder's or a Japanese character's second byte, and
-/// joins nothing.
+/// Logical lines of a file. A backslash at the end of a statement of numbers joins the next line, as OBJ allows, where
+/// that line goes on with a number. Any other is part of a name, a Windows folder's or a Japanese character's second
+/// byte, and joins nothing.
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
     next_number: usize,
@@ -114,8 +115,8 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether a word can be a number, for `tobj` as for us: it parts words at Unicode's blanks too, such as a vertical tab or a
-/// no-break space, and then finds fewer or more of them.
+/// Whether a word can be a number, for `tobj` as for us: it parts words at Unicode's blanks too, such as a vertical tab
+/// or a no-break space, and then finds fewer or more of them.
 pub(crate) fn is_plain(word: &[u8]) -> bool {
     word.iter().all(u8::is_ascii_graphic)
 }

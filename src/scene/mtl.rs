@@ -124,7 +124,8 @@ fn numbers<const N: usize>(material: &tobj::Material, key: &str) -> Option<[f64;
     numbers.try_into().ok()
 }
 
-/// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't asked for.
+/// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't
+/// asked for.
 struct TidyMtl<'a> {
     path: &'a Path,
     lines: Lines<'a>,
@@ -139,7 +140,7 @@ struct TidyMtl<'a> {
     textures: HashMap<usize, Placed<String>>,
     /// Their textures of opacity.
     cut_outs: HashMap<usize, Placed<String>>,
-    /// First numbers of parameters that only serve to tell what others mean: one that is none is passed over.
+    /// First numbers of parameters that only say what others mean; a word that is no number is skipped.
     extras: HashMap<(usize, &'static str), f64>,
     by_blender: bool,
 }

@@ -146,7 +146,7 @@ impl Reader {
     /// Sets meshes up in the world, and settles what their materials are.
     ///
     /// # Errors
-    /// Where the scene names a material or group that none has, or a material is said by nobody.
+    /// Where the scene names a material or group that no mesh has, or nothing defines a material.
     pub(super) fn placed(
         &mut self,
         file: &SceneFile,

@@ -19,7 +19,7 @@ pub(crate) struct Surface {
     pub(crate) luminance: Option<[f64; 3]>,
     /// What it is where the mesh has sheets of it and no closed body: only glass of an MTL file has it.
     pub(crate) as_sheet: Option<Arc<Glazing>>,
-    /// Who says so, and what was made of it.
+    /// Where it is from, and how it was read.
     pub(crate) origin: Origin,
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn resolve(
     Ok(Some(Surface { material, luminance, as_sheet, origin: Origin { source, notes: told.notes } }))
 }
 
-/// What becomes of light at a material, and who says so.
+/// What becomes of light at a material, and where that is from.
 struct ResolvedMaterial {
     material: Material,
     as_sheet: Option<Arc<Glazing>>,
@@ -196,7 +196,7 @@ fn mtl_mirror(
     Ok(None)
 }
 
-/// A share of light, and who says so.
+/// A share of light, and where it is from.
 #[derive(Clone)]
 struct LightShare {
     value: [f64; 3],
@@ -225,7 +225,8 @@ impl LightShare {
         Self { value: [0, 1, 2].map(|channel| self.value[channel] * colour[channel]), ..self }
     }
 
-    /// Of shares that add up to too much, the place of the last; in the scene file, if any is: there the user can mend it.
+    /// Of shares that add up to too much, the place of the last; in the scene file, if any is: there the user can
+    /// correct it.
     fn to_blame(parts: [Option<Self>; 3]) -> Location {
         let mut all: Vec<&Self> = parts.iter().flatten().filter(|part| part.value != [0.0; 3]).collect();
         all.sort_by_key(|part| part.told);
@@ -265,7 +266,8 @@ mod tests {
         resolve("a", None, Some(&mtl[0]), None, &mut Vec::new()).expect("sound").expect("said")
     }
 
-    /// Glass of an MTL file is a pane of 1 − d, times Tf, where the mesh has sheets of it: at most 12/13, as n = 1.5 lets pass.
+    /// Glass of an MTL file is a pane of 1 − d, times Tf, where the mesh has sheets of it: at most 12/13, as n = 1.5
+    /// lets pass.
     #[test]
     fn glass_knows_what_it_is_as_a_sheet() {
         for (lines, share) in [

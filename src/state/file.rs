@@ -4,12 +4,12 @@
 //! luxmap state 3\n         magic and number of this format
 //! length of the words      8 bytes, little-endian, as all numbers
 //! words                    JSON, see `StateHeader`
-//! sums                     as the run hands them over; see `Tape`
+//! sums                     in the order in which the run writes them; see `Tape`
 //! checksum                 SHA-256 of all before, 32 bytes
 //! ```
 //!
-//! The file is written under a temporary name, handed to the disk, and only then renamed: under its own name it is always
-//! whole, and of some finished pass. Nothing of a file is believed before its checksum.
+//! The file is written under a temporary name, handed to the disk, and only then renamed: under its own name it is
+//! always whole, and of some finished pass. Nothing of a file is believed before its checksum.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -86,7 +86,7 @@ pub struct StateHeader {
     pub next_check: Option<(f64, u32)>,
 }
 
-/// Writes a state and hands it to the disk. Cost: some 1 s a gigabyte.
+/// Writes a state and has the system put it on the disk. Cost: some 1 s a gigabyte.
 pub fn write(
     path: &Path,
     words: &StateHeader,
@@ -173,7 +173,7 @@ impl Kept {
         Ok(Self { path: path.to_owned(), file, words })
     }
 
-    /// Adds its sums to what `sums` hands over.
+    /// Adds its sums to those that `sums` passes to the tape.
     pub fn add_to(mut self, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
         let mut all = || {
             sums(&mut Tape::In(&mut self.file))?;

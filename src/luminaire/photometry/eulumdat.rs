@@ -4,9 +4,9 @@
 //! One item a line: 26 lines about the luminaire, six for each set of lamps, ten direct ratios, the C-planes, the γ
 //! angles, and intensities in cd per 1000 lm of the lamps.
 //!
-//! - Sets of lamps are alternatives; the first counts, or the one that is chosen ([`Choice`]). A negative number of lamps means absolute photometry (Lighting
-//!   Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities are cd/klm in both cases, so I = value
-//!   × conversion factor × flux / 1000.
+//! - Sets of lamps are alternatives; the first counts, or the one that is chosen ([`Choice`]). A negative number of
+//!   lamps means absolute photometry (Lighting Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities
+//!   are cd/klm in both cases, so I = value × conversion factor × flux / 1000.
 //! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over
 //!   C0 to C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
 //! - C0 is taken to lie across the lamp, C90 along it (`opening.rs`). Planes are taken to count counterclockwise seen
@@ -14,8 +14,8 @@
 //! - Without a set of lamps, or with lamps of 0 lm, it isn't known how much light there is: refused, unless the user
 //!   says what the luminaire gives.
 //! - C-planes and γ angles in descending order, and planes past 360°, are taken with a note (`angles.rs`).
-//! - Decimal commas are taken with a note, unless each could part thousands as well (`text.rs`). Numbers left over after
-//!   the last intensity are refused; text there is passed over.
+//! - Decimal commas are taken with a note, unless each could part thousands as well (`text.rs`). Numbers left over
+//!   after the last intensity are refused; text there is passed over.
 //! - The flux declared for the luminaire is that of the lamps × LORL.
 
 use std::path::Path;

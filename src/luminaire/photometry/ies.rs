@@ -10,11 +10,11 @@
 //!   from 2019, so there it isn't a factor. Radiance's `ies2rad` does the same.
 //! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as
 //!   `ies2rad` has it since 1993 (until then it mirrored): C0 towards +x, C90 towards +y.
-//! - **Tilt**: some lamps give less light when they are tilted (`tilt.rs`). Where the luminaire hangs as it was measured
-//!   the tilt is 0°, and that factor is what intensities are multiplied by; [`Tilt`] keeps all, and a scene takes the
-//!   one of the luminaire's actual tilt.
-//! - Type A and B become type C (`table.rs` tells how). One plane of them is taken as the same all around the axis, with
-//!   a note: nothing else is known of the other directions.
+//! - **Tilt**: some lamps give less light when they are tilted (`tilt.rs`). Where the luminaire hangs as it was
+//!   measured the tilt is 0°, and that factor is what intensities are multiplied by; [`Tilt`] keeps all, and a scene
+//!   takes the one of the luminaire's actual tilt.
+//! - Type A and B become type C (`table.rs` tells how). One plane of them is taken as the same all around the axis,
+//!   with a note: nothing else is known of the other directions.
 //! - **Commas** part numbers, or are decimal signs (`text.rs`): whichever fits the counts of angles. Numbers left over
 //!   after the last intensity are refused; text there is passed over.
 //! - Angles may descend, and planes may run past 360° (`angles.rs`).

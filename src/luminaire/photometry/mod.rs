@@ -71,7 +71,7 @@ pub struct Photometry {
     /// Luminous intensity of the luminaire, cd: every factor of the file is in it, symmetries are unfolded.
     pub intensity: Intensity,
     /// Luminous flux that the file declares for the luminaire, lm. EULUMDAT: flux of the lamps × LORL. LM-63 declares
-    /// none (its relative files tell the lamps' flux, see [`Lamps::flux`]).
+    /// none (its relative files give the lamps' flux, see [`Lamps::flux`]).
     pub flux: Option<f64>,
     /// Share of the flux that goes down, 0 … 1, where the file declares it (EULUMDAT: DFF).
     pub downward: Option<f64>,
@@ -120,7 +120,7 @@ pub struct Choice {
     pub lamp_set: Option<Chosen<usize>>,
     /// Which variant (GLDF) or emitter (TM-33), by its name.
     pub variant: Option<Chosen<String>>,
-    /// Whether the luminaire's flux is known from elsewhere, so that the file need tell its distribution only.
+    /// Whether the luminaire's flux is known from elsewhere, so that the file has to give its distribution only.
     pub flux_is_told: bool,
 }
 

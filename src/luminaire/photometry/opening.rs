@@ -1,6 +1,6 @@
 //! Luminous openings, as either format tells them.
 //!
-//! LM-63 gives width, length and height; their signs tell the shape, and what signs mean changed with the editions.
+//! LM-63 gives width, length and height; their signs give the shape, and what signs mean changed with the editions.
 //! In all of them *length* lies along the 0° plane ("parallel to the length of the luminaire", LM-63-1991;
 //! "photometric horizontal" in LM-63-2002) and *width* across it. The tables here are those that Radiance's `ies2rad`
 //! lists for 1986/1991, 1995 and 2002/2019. A code that its own edition lacks but another one has is common (discs of
@@ -23,7 +23,7 @@ pub struct LuminousOpening {
     pub c90: f64,
     /// Size in the direction of the nadir; 0 for flat openings that face it.
     pub height: f64,
-    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can tell four, in other files all
+    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can give four, in other files all
     /// are `height`.
     pub sides: [f64; 4],
 }
@@ -178,7 +178,8 @@ impl LuminousOpening {
         };
         let (name, length) = given.told();
         let sound = |(_, other): &(&str, f64)| (0.05..=LARGEST_USUAL).contains(&(largest / length * other));
-        // Of what is likely, that which makes it about as large as luminaires are; inches before all where feet are told.
+        // Of what is likely, that which makes it about as large as luminaires are; inches before all where feet are
+        // told.
         let off = |(_, other): &(&str, f64)| (largest / length * other / USUAL).ln().abs();
         let others = given.mistaken().iter().copied().filter(sound);
         let likely = match given {

@@ -130,7 +130,8 @@ impl IntensityTable {
     }
 
     /// Type B as type C, resampled at half its steps (0.25° to 1°) and scaled so that the flux stays exactly what the
-    /// table says; tests tell the error in directions. Horizontal angles are within ±90°, vertical ones within ±180°.
+    /// table says; tests measure the error in directions. Horizontal angles are within ±90°, vertical ones within
+    /// ±180°.
     pub(super) fn type_b_to_c(self) -> Intensity {
         let table = self.mirrored();
         let narrowest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);

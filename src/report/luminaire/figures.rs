@@ -1,4 +1,4 @@
-//! What a distribution comes to: flux, largest intensity, beam and field angles.
+//! A distribution in a few figures: flux, largest intensity, beam and field angles.
 
 use crate::luminaire::intensity::Intensity;
 

@@ -1,7 +1,9 @@
-//! Many photometric files: a list as CSV, a contact sheet as a page that needs nothing else, a table for a terminal, JSON.
+//! Many photometric files: a list as CSV, a contact sheet as a page that needs nothing else, a table for a terminal,
+//! JSON.
 //!
-//! `luminaires.csv` is UTF-8 with a byte order mark, which spreadsheets want; a text that one would take for a formula (it begins
-//! with `=`, `+`, `-`, `@`, a tab or a line break) has an apostrophe in front. A file that can't be read has its name and `error` only.
+//! `luminaires.csv` is UTF-8 with a byte order mark, which spreadsheets want; a text that one would take for a formula
+//! (it begins with `=`, `+`, `-`, `@`, a tab or a line break) has an apostrophe in front. A file that can't be read has
+//! its name and `error` only.
 
 use std::collections::HashSet;
 use std::io::{self, Write};
@@ -23,9 +25,9 @@ use crate::report::png::{drawing, polar};
 use crate::report::table::columns;
 use crate::text::number::{round_to, short};
 
-/// Columns of `luminaires.csv`. `flux_ratio` is computed over declared; `flux_lamps_lm` what bare lamps give, where a file tells
-/// only that; beam (half of the largest intensity) and field (a tenth) are angles in C0/C180 and C90/C270; `warnings` are
-/// separated by ` | `.
+/// Columns of `luminaires.csv`. `flux_ratio` is computed over declared; `flux_lamps_lm` what bare lamps give, where a
+/// file tells only that; beam (half of the largest intensity) and field (a tenth) are angles in C0/C180 and C90/C270;
+/// `warnings` are separated by ` | `.
 pub const COLUMNS: [&str; 28] = [
     "file",
     "folder",
@@ -67,8 +69,9 @@ const SCRIPT: &str = include_str!("sheet.js");
 /// Longest name of a file's folder, characters.
 const LONGEST: usize = 120;
 
-/// Names of folders for files, which are named by where they lie, with `/` between: `a/b.ies` gets `a_b.ies`. Outer folders are
-/// left out where a name would be too long; where two would be the same in any case of letters, the second gets `-2`.
+/// Names of folders for files, which are named by where they lie, with `/` between: `a/b.ies` gets `a_b.ies`. Outer
+/// folders are left out where a name would be too long; where two would be the same in any case of letters, the second
+/// gets `-2`.
 pub fn folders(names: &[String]) -> Vec<String> {
     let mut taken: HashSet<String> = [CSV, PAGE].map(String::from).into();
     let folder = |name: &String| {

@@ -70,7 +70,7 @@ fn axes(photometry: &Photometry) -> String {
     format!("looking down with rotation 0: C0 towards +x, C90 towards +y{length}")
 }
 
-/// What a user ought to know about a file: the reader's notes, and where it contradicts itself.
+/// What a user should know about a file: the reader's notes, and where it contradicts itself.
 pub(super) fn warnings(photometry: &Photometry, figures: &Figures) -> Vec<String> {
     let mut warnings = photometry.notes.clone();
     let flux = flux(photometry, figures);

@@ -104,8 +104,8 @@ fn outermost(scale: &Scale) -> f64 {
     (scale.high / scale.step - 1e-9).ceil() * scale.step
 }
 
-/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels; points nearer than `least`
-/// to the one before are left out.
+/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels; points nearer than
+/// `least` to the one before are left out.
 fn curve(intensity: &Intensity, c: f64, centre: [f64; 2], pixels: f64, least: f64) -> Vec<[f64; 2]> {
     let mut angles: Vec<f64> = intensity.angles().to_vec();
     angles.extend((0..=360).map(|half| 0.5 * f64::from(half)));

@@ -13,7 +13,8 @@ pub(super) struct Duplicates {
     pub(super) backs: Vec<[u32; 2]>,
 }
 
-/// Looks for triangles with the same corners (single precision); `skipped` are left out. Cost: O(n log n), by all threads.
+/// Looks for triangles with the same corners (single precision); `skipped` are left out. Cost: O(n log n), by all
+/// threads.
 pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], skipped: impl Fn(u32) -> bool + Sync) -> Duplicates {
     let place = |vertex: u32| vertices[vertex as usize];
     let key = |index: u32| {

@@ -1,12 +1,14 @@
 //! What the meshes of a `dielectric` are in space: solids, panes, or neither.
 //!
-//! Snell's law needs to know which side of a face is glass. A closed body tells; a window drawn as one face doesn't, and would
-//! be a half-space of glass. So the faces of each glass are looked at by connected parts:
+//! Snell's law needs to know which side of a face is glass. A closed body tells; a window drawn as one face doesn't,
+//! and would be a half-space of glass. So the faces of each glass are looked at by connected parts:
 //!
-//! - A **closed body** is a solid. One that is inside out is turned, unless it is a cavity of a solid of the same glass.
-//! - A **thin flat slab** (no thicker than 1/20 of its side, 0.1 m at most), or two opposite faces of one without its rim, is a
-//!   pane: one sheet in the middle that lets through what both faces and the glass between them do. It is displaced light that is
-//!   given up (by at most a third of the thickness up to 60°); direct light behind it becomes exact.
+//! - A **closed body** is a solid. One that is inside out is turned, unless it is a cavity of a solid of the same
+//!   glass.
+//! - A **thin flat slab** (no thicker than 1/20 of its side, 0.1 m at most), or two opposite faces of one without its
+//!   rim, is a pane: one sheet in the middle that lets through what both faces and the glass between them do. It is
+//!   displaced light that is given up (by at most a third of the thickness up to 60°); direct light behind it becomes
+//!   exact.
 //! - An **open sheet** is a pane, as thick as window glass where its absorption asks for that.
 //! - Faces that are panes already, by `glazing` or by the MTL, are looked at too: a slab of them is one pane, not two.
 //! - A body with a hole, or one whose faces can't be given one winding, is refused.
@@ -40,8 +42,9 @@ pub(crate) struct GlassMesh<'a> {
     pub(crate) surfaces: &'a mut Vec<Surface>,
 }
 
-/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Triangles that a pane has no
-/// use for lose their area; returns how many. `names` tells where the materials of the mesh at `path` are first used.
+/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Triangles that a pane
+/// has no use for lose their area; returns how many. `names` tells where the materials of the mesh at `path` are first
+/// used.
 pub(crate) fn settle(
     path: &Path,
     names: &[Placed<String>],

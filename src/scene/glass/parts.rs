@@ -18,8 +18,8 @@ const PARALLEL: f64 = 0.9999;
 const ALIKE: f64 = 0.05;
 /// How far corners of one flat face may lie off its plane, as a part of its side.
 const FLAT: f64 = 1e-4;
-/// Open edges whose length squared is a smaller part of the area than this are a hole in a body, not the rim of a sheet: a disc
-/// has 4π, half a sphere 2π.
+/// Open edges whose length squared is a smaller part of the area than this are a hole in a body, not the rim of a
+/// sheet: a disc has 4π, half a sphere 2π.
 const HOLE: f64 = 1.0;
 
 /// What connected faces of one glass are.
@@ -43,7 +43,8 @@ pub(crate) struct GlassPart {
     pub(crate) kind: PartKind,
 }
 
-/// Sorts out the faces of one glass: `chosen` are their numbers among `triangles`, which are turned where a body is inside out.
+/// Sorts out the faces of one glass: `chosen` are their numbers among `triangles`, which are turned where a body is
+/// inside out.
 pub(crate) fn parts(vertices: &[DVec3], triangles: &mut [[u32; 3]], chosen: &[u32]) -> Vec<GlassPart> {
     let welded = weld(vertices, triangles, chosen);
     let mut found: Vec<GlassPart> = Vec::new();
@@ -90,8 +91,8 @@ struct WeldedTriangle {
     corners: [u32; 3],
 }
 
-/// Corners at the same place get the same number: that of the first vertex there. Triangles that have no three places are left
-/// out.
+/// Corners at the same place get the same number: that of the first vertex there. Triangles that have no three places
+/// are left out.
 fn weld(vertices: &[DVec3], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<WeldedTriangle> {
     let mut first: HashMap<[u64; 3], u32> = HashMap::new();
     let mut place = |corner: u32| {
@@ -117,8 +118,8 @@ fn edges<'a>(faces: impl Iterator<Item = (usize, &'a WeldedTriangle)>) -> Edges 
     edges
 }
 
-/// Faces that hang together by edges which two of them share; in the order of their first faces. Bodies that touch along an
-/// edge, which then has four uses, stay apart.
+/// Faces that hang together by edges which two of them share; in the order of their first faces. Bodies that touch
+/// along an edge, which then has four uses, stay apart.
 fn components(welded: &[WeldedTriangle]) -> Vec<Vec<usize>> {
     let mut sets = Sets::new(welded.len());
     for uses in edges(welded.iter().enumerate()).values() {
@@ -139,7 +140,7 @@ fn components(welded: &[WeldedTriangle]) -> Vec<Vec<usize>> {
     found
 }
 
-/// What the edges of connected faces tell.
+/// What the edges of connected faces show.
 enum Winding {
     /// Some edges are used an odd number of times: their length, m.
     Open { length: f64 },

@@ -1,13 +1,13 @@
 //! Large OBJ files: block by block, lines parsed by all threads, joined in the order of the file.
 //!
-//! What comes out is what `tobj` makes of the same file, to the bit: each run of faces of one material has vertices of its
-//! own, in the order in which its faces first name them. Whatever is wrong or unusual ends the reading with `None`, and
-//! [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a vertex number of more
-//! than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with `\r` alone.
+//! What comes out is what `tobj` makes of the same file, to the bit: each run of faces of one material has vertices of
+//! its own, in the order in which its faces first name them. Whatever is wrong or unusual ends the reading with `None`,
+//! and [`Obj::parse`] then reads the file its own way, and words the error if there is one. Unusual is: a vertex number
+//! of more than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with `\r` alone.
 //!
-//! Three batches of blocks are under way at once: while one is read and hashed, the one before is parsed and the one before
-//! that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one of its
-//! vertices, it and all that follows wait for the file's end, as numbers.
+//! Three batches of blocks are in work at once: while one is read and hashed, the one before is parsed and the one
+//! before that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one
+//! of its vertices, it and all that follows wait for the file's end, as numbers.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -39,8 +39,8 @@ pub(crate) const CUT: Cut = Cut { block: 1 << 20, blocks: 8 };
 const LONGEST_LINE: usize = 64 << 20;
 
 impl Obj {
-    /// Reads a large OBJ file of `length` bytes from `source`, as [`Obj::parse`] would; `None` if that must do it, for good or
-    /// ill.
+    /// Reads a large OBJ file of `length` bytes from `source`, as [`Obj::parse`] would; `None` if that must do it, for
+    /// good or ill.
     pub(crate) fn read_large(
         path: &Path,
         mut source: impl Read + Send,
@@ -145,8 +145,8 @@ struct Block {
     corners: Vec<Corner>,
     /// How many vertices there must be for those corners that count from the file's beginning.
     needed: i64,
-    /// Whether a face counts some vertices from the file's beginning and some from below: only once the block's place is known
-    /// can be said whether they differ.
+    /// Whether a face counts some vertices from the file's beginning and some from below: only once the block's place
+    /// is known can be said whether they differ.
     mixed: bool,
     /// Lines of faces left out for want of three different corners, ascending.
     dropped: Vec<u32>,
@@ -240,7 +240,8 @@ impl Block {
         Some(())
     }
 
-    /// Leaves out the faces whose corners turn out to be the same, once it is known how many vertices stand before the block.
+    /// Leaves out the faces whose corners turn out to be the same, once it is known how many vertices stand before the
+    /// block.
     fn settle(&mut self) {
         let faces = std::mem::take(&mut self.faces);
         let corners = std::mem::take(&mut self.corners);
@@ -420,7 +421,7 @@ impl<'a> Joined<'a> {
         let mut face = 0;
         loop {
             while let Some(order) = orders.next_if(|order| order.faces == face) {
-                self.obey(order, face);
+                self.apply(order, face);
             }
             let end = orders.peek().map_or(block.faces.len(), |order| order.faces);
             if end == face {
@@ -452,7 +453,7 @@ impl<'a> Joined<'a> {
         Some(BlockFaces { arities: block.faces, corners, stretches })
     }
 
-    fn obey(&mut self, order: Order, face: usize) {
+    fn apply(&mut self, order: Order, face: usize) {
         let line = self.lines + order.line;
         match order.kind {
             StatementKind::Material => drop(self.names.material(order.text, line)),
@@ -492,15 +493,15 @@ impl BlockFaces {
     }
 }
 
-/// Reads a text in both ways, the large one cut in several ways: how many triangles it has, or why it is refused, and whether
-/// the large reader took it. For tests and fuzz targets.
+/// Reads a text in both ways, the large one cut in several ways: how many triangles it has, or why it is refused, and
+/// whether the large reader took it. For tests and fuzz targets.
 ///
 /// # Panics
 /// Where the readers don't agree.
 #[doc(hidden)]
 pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     const ASKED: [&str; 2] = ["a", "b c"];
-    // Everything that both readers tell, coordinates as bits.
+    // Everything that both readers find, coordinates as bits.
     let told = |obj: &Obj| {
         let bits: Vec<[u64; 3]> = obj.vertices.iter().map(|vertex| vertex.to_array().map(f64::to_bits)).collect();
         let places = |names: &[Placed<String>]| -> Vec<String> {

@@ -50,7 +50,7 @@ impl Obj {
         Self { vertices, triangles, material_of, materials, named, libraries, groups, notes }
     }
 
-    /// Takes the comments off those names of materials that nobody knows, where without it somebody does.
+    /// Takes the comments off names of materials that are unknown with them and known without.
     pub(crate) fn without_comments(&mut self, path: &Path, known: &dyn Fn(&str) -> bool) {
         let mut taken_off = Vec::new();
         let (mut materials, mut number_of) = (Vec::<Placed<String>>::new(), HashMap::new());
@@ -257,8 +257,8 @@ fn spans<T: PartialEq>(corners: &[T]) -> bool {
     second.is_some_and(|second| others.any(|corner| corner != second))
 }
 
-/// The lines that `tobj` gets to see: vertices without colours, all of them first, as faces may stand above theirs; then faces
-/// without textures and normals, counted from the file's beginning, and materials by number.
+/// The lines that `tobj` gets to see: vertices without colours, all of them first, as faces may stand above theirs;
+/// then faces without textures and normals, counted from the file's beginning, and materials by number.
 struct TidyObj<'a> {
     path: &'a Path,
     bytes: &'a [u8],
@@ -272,7 +272,7 @@ struct TidyObj<'a> {
     /// Vertices that stand above the line.
     above: usize,
     faces: usize,
-    /// Corners of the face in hand, vertices counted from 0.
+    /// Corners of the current face, vertices counted from 0.
     corners: Vec<i128>,
     /// Whether `tobj` knows what the last `usemtl` says.
     told: bool,

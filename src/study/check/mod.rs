@@ -5,8 +5,8 @@
 //!
 //! A row is inside its bound where
 //! - every value and every claimed error is a finite number,
-//! - what was found is within 4 σ of what is exact, σ being what the run itself claims (more where the worst of many cells is
-//!   looked at: √(16 + 2 ln n) of n, which as rarely fails), or within the rounding that the case allows,
+//! - what was found is within 4 σ of what is exact, σ being what the run itself claims (more where the worst of many
+//!   cells is looked at: √(16 + 2 ln n) of n, which as rarely fails), or within the rounding that the case allows,
 //! - the claim is of use: σ is no more than the case's bound on it,
 //! - the books on flux close: |emitted − absorbed − escaped − cut off| ≤ 10⁻⁶ of what was emitted,
 //! - closed rooms lose no more light than 5·10⁻⁸ a ray (and the noise of counting that);
@@ -288,8 +288,8 @@ impl Case {
         self.with(|trial| trial.useful = part)
     }
 
-    /// The most that found may be off, as a part of what is exact, whatever is claimed: cells claim more than their mean is
-    /// off.
+    /// The most that found may be off, as a part of what is exact, whatever is claimed: cells claim more than their
+    /// mean is off.
     fn within(self, part: f64) -> Self {
         self.with(|trial| trial.within = part)
     }
@@ -404,7 +404,7 @@ impl Setup {
             ..defaults
         };
         let results = render_in_bands(&scene, &plan, &settings, &(), &Default::default(), MOST_CELLS)?;
-        Ok(results.expect("who is alone leads"))
+        Ok(results.expect("a run that is alone has results"))
     }
 
     /// Where the flux went; says what is wrong with that.
@@ -511,8 +511,8 @@ struct ReadValue {
     of: usize,
 }
 
-/// A reading; `None` where nothing has a value. The worst cell is that which is the farthest off `exact`, in what its σ and
-/// the `margin` allow.
+/// A reading; `None` where nothing has a value. The worst cell is that which is the farthest off `exact`, in what its σ
+/// and the `margin` allow.
 fn read(results: &Results, reading: Measurand, exact: Option<f64>, margin: f64) -> Option<ReadValue> {
     let map = |name: &str| results.maps.iter().find(|map| map.name == name);
     let one = |found: f64, sigma: f64| ReadValue { found, sigma, of: 1 };

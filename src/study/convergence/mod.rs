@@ -65,8 +65,8 @@ pub struct CommonSettings {
 /// Passes by which methods that send rays climb, where the user names none.
 const PASSES: [u32; 5] = [1, 2, 4, 8, 16];
 
-/// Every combination of the lists, in the order of methods, k, passes, photons, efforts ascending; methods that send rays
-/// climb by passes alone. Where nothing bounces in this scene, one rung of a method stands for all.
+/// Every combination of the lists, in the order of methods, k, passes, photons, efforts ascending; methods that send
+/// rays climb by passes alone. Where nothing bounces in this scene, one rung of a method stands for all.
 pub fn ladder(scene: &Scene, methods: &[Method], photons: &[u64], nearest: &[usize], passes: &[u32]) -> Vec<Rung> {
     let nearest: Vec<Option<usize>> =
         if nearest.is_empty() { vec![None] } else { ascending(nearest).into_iter().map(Some).collect() };
@@ -154,8 +154,8 @@ impl Seconds {
     }
 }
 
-/// How far a map is from a reference, over the cells that have a value in both. All but the counts are in %, errors of the
-/// reference's mean.
+/// How far a map is from a reference, over the cells that have a value in both. All but the counts are in %, errors of
+/// the reference's mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Cells compared.
@@ -223,8 +223,8 @@ impl Deviation {
         })
     }
 
-    /// Root mean square error: the difference without the reference's noise, which is independent of the run's and so is
-    /// subtracted in quadrature; 0 where the noise explains it all.
+    /// Root mean square error: the difference without the reference's noise, which is independent of the run's and so
+    /// is subtracted in quadrature; 0 where the noise explains it all.
     pub fn rmse(&self) -> f64 {
         without(self.difference, self.reference)
     }
@@ -420,14 +420,14 @@ pub struct Study {
     pub planes: Vec<StudiedPlane>,
     /// One for each run and plane, in the order they ran.
     pub trials: Vec<PlaneRun>,
-    /// What the user ought to know.
+    /// What the user should know.
     pub warnings: Vec<String>,
 }
 
 impl Study {
     /// Renders every rung of `ladder` with every seed, on rayon's current thread pool, and compares each plane with its
-    /// reference (one for each plane, in order). All rungs take turns with one seed before the next seed begins, so that a
-    /// slow spell of the machine hits all of them; a first run is not counted. `progress` hears one step a run.
+    /// reference (one for each plane, in order). All rungs take turns with one seed before the next seed begins, so
+    /// that a slow spell of the machine hits all of them; a first run is not counted. `progress` gets one step a run.
     ///
     /// # Errors
     /// What [`render()`] says; [`Error::Usage`] where a plane and its reference have no lit cell in common.

@@ -237,8 +237,8 @@ struct StageSeconds {
     seconds: f64,
 }
 
-/// The study for programs: one JSON object, units in its keys. `race`: when each method first gets to `goal_percent`, null
-/// where it doesn't.
+/// The study for programs: one JSON object, units in its keys. `race`: when each method first gets to `goal_percent`,
+/// null where it doesn't.
 pub fn json(study: &Study) -> String {
     let points = study.points();
     let planes = study.planes.iter().enumerate().map(|(index, plane)| PlaneSummary {

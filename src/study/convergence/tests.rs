@@ -83,9 +83,9 @@ fn normal(stream: &mut Stream) -> f64 {
     (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
-/// Normal noise of 2 % on the run and of 1.5 % on the reference, both honestly claimed: the run's own 2 % is found, with
-/// 68.27 % and 95.45 % of the cells within 1 and 2 σ. Bounds are 4 standard errors: a mean square of n normal numbers has
-/// the relative error √(2/n), a share p has √(p(1 − p)/n).
+/// Normal noise of 2 % on the run and of 1.5 % on the reference, both honestly claimed: the run's own 2 % is found,
+/// with 68.27 % and 95.45 % of the cells within 1 and 2 σ. Bounds are 4 standard errors: a mean square of n normal
+/// numbers has the relative error √(2/n), a share p has √(p(1 − p)/n).
 #[test]
 fn honest_noise_is_found_honest() {
     let (n, truth, ours, theirs) = (40_000, 500.0, 10.0, 7.5);
@@ -125,8 +125,8 @@ fn trial(photons: u64, seconds: f64, errors: Deviation) -> PlaneRun {
     PlaneRun { plane: 0, rung, nearest: 100, seed: 0, seconds, errors }
 }
 
-/// Errors add up as squares, biases as they are, times by their median: 3 and 4 give √12.5, ±1 of scatter about +2 gives
-/// ±1 for two trials.
+/// Errors add up as squares, biases as they are, times by their median: 3 and 4 give √12.5, ±1 of scatter about +2
+/// gives ±1 for two trials.
 #[test]
 fn trials_make_a_point() {
     let trials = [trial(1000, 5.0, errors(3.0, 1.0, 2.0)), trial(1000, 1.0, errors(4.0, 3.0, 2.0))];
@@ -215,7 +215,7 @@ fn study(trials: Vec<PlaneRun>) -> Study {
     }
 }
 
-/// The headline says who is first, who isn't there, and who claims too little.
+/// The headline says which method is first, which isn't there, and which claims too little.
 #[test]
 fn findings_follow_from_the_figures() {
     let by = |method: Method, trial: PlaneRun| PlaneRun { rung: Rung { method, ..trial.rung }, ..trial };

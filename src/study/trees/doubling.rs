@@ -1,5 +1,5 @@
-//! The paper's Figures 5 to 7: time against pixels, photons and k, each doubled while the others stay, on one thread and on
-//! all.
+//! The paper's Figures 5 to 7: time against pixels, photons and k, each doubled while the others stay, on one thread
+//! and on all.
 
 use crate::gather::receiver::Photons;
 use crate::photon_map::Tree;

@@ -158,7 +158,7 @@ impl Pools {
     /// Pools of one thread and of `threads` (0: as many as the machine has).
     ///
     /// # Errors
-    /// Where the system has no such many threads.
+    /// Where the system does not allow so many threads.
     pub fn new(threads: usize) -> Result<Self, Error> {
         let pool = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -292,8 +292,8 @@ fn pace(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f6
     seconds(|| tree.answer(call, reach, &few)).max(1e-9) / few.len() as f64
 }
 
-/// Seconds a query in one turn: the points are asked for again and again until [`SHORTEST_TURN`] is over, and what threads
-/// need to wake up hardly counts.
+/// Seconds a query in one turn: the points are asked for again and again until [`SHORTEST_TURN`] is over, and what
+/// threads need to wake up hardly counts.
 fn query_seconds(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f64 {
     let started = Instant::now();
     for times in 1_usize.. {
@@ -303,7 +303,7 @@ fn query_seconds(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3
             return taken / (times * points.len()) as f64;
         }
     }
-    unreachable!("time goes on")
+    unreachable!("the clock advances")
 }
 
 /// Wall time of some work, s; what comes of it is dropped afterwards.

@@ -51,9 +51,9 @@ pub fn write(comparison: &Comparison, folder: &Path) -> Result<Vec<PathBuf>, Err
 
 /// One line for each question and tree; numbers have six significant digits.
 ///
-/// `queries` says where trees are asked, with ` visit` where the k nearest are visited instead of summed. A line with k is
-/// of the k nearest within the radius (m), one without of a kernel sum within it. `ratio_to_kiddo` is the query's time ÷ kiddo's, empty
-/// where kiddo is no contender.
+/// `queries` says where trees are asked, with ` visit` where the k nearest are visited instead of summed. A line with k
+/// is of the k nearest within the radius (m), one without of a kernel sum within it. `ratio_to_kiddo` is the query's
+/// time ÷ kiddo's, empty where kiddo is no contender.
 ///
 /// # Errors
 /// Where `out` fails.
@@ -85,8 +85,8 @@ pub fn write_csv(cases: &[TreeCase], out: &mut impl Write) -> io::Result<()> {
     table.flush()
 }
 
-/// One line for each point of a curve; numbers have six significant digits. `gather_ms` is the time to sum the k nearest at
-/// all pixels, `speed_up` one thread's ÷ this one's.
+/// One line for each point of a curve; numbers have six significant digits. `gather_ms` is the time to sum the k
+/// nearest at all pixels, `speed_up` one thread's ÷ this one's.
 ///
 /// # Errors
 /// Where `out` fails.
@@ -110,9 +110,9 @@ pub fn write_figures(points: &[Doubling], out: &mut impl Write) -> io::Result<()
     table.flush()
 }
 
-/// Writes photons and the points asked at for programs in any language, as NumPy files of single precision: positions (N × 3,
-/// m) to `path`, and beside it, for `path` = `photons.npy`, their flux (N, lm) to `photons.flux.npy` and the points (M × 3,
-/// m) to `photons.floor.npy` and `photons.random.npy`. Returns the paths.
+/// Writes photons and the points asked at for programs in any language, as NumPy files of single precision: positions
+/// (N × 3, m) to `path`, and beside it, for `path` = `photons.npy`, their flux (N, lm) to `photons.flux.npy` and the
+/// points (M × 3, m) to `photons.floor.npy` and `photons.random.npy`. Returns the paths.
 ///
 /// # Errors
 /// [`Error::Write`] where a file can't be written.

@@ -200,7 +200,8 @@ impl Product {
         Ok(())
     }
 
-    /// Emitters' ids, one for each light output of a variant. Models of several kinds show the same outputs: one counts.
+    /// Emitters' ids, one for each light output of a variant. Models of several kinds show the same outputs: one
+    /// counts.
     fn outputs(&self, geometry: Element) -> Vec<String> {
         let mut models: Vec<(String, Vec<(String, String)>)> = Vec::new();
         for node in geometry.descendants().filter(Node::is_element) {
@@ -288,7 +289,7 @@ impl Product {
         Ok(output)
     }
 
-    /// The one light that all variants come to.
+    /// The one light that all variants have.
     fn only(&self, path: &Path, choice: &Choice) -> Result<Output, InputError> {
         if self.lit().next().is_none() {
             return self.only_photometry(path);

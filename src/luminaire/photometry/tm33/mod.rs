@@ -7,11 +7,11 @@
 //! - **Intensities** are cd of the luminaire, times `Multiplier`, and times `BallastFactor` as in LM-63. They are taken
 //!   as those of all `Quantity` emitters of one kind together, with a note where there are several. Emitters of several
 //!   kinds shine together: their tables are added where they have the same angles, or one of them is chosen by name.
-//! - **Directions** are those of LM-63: type C, A or B of the IES, planes at attribute h, angles in them at v. CIE's own
-//!   types A and B number planes in another way, and are refused.
+//! - **Directions** are those of LM-63: type C, A or B of the IES, planes at attribute h, angles in them at v. CIE's
+//!   own types A and B number planes in another way, and are refused.
 //! - **Symmetry** is told by `SymmType` and by where the planes begin and end; the two have to agree.
-//! - **Opening**: `EmissionAreas`' area in the bottom face, or `LuminousOpening`, else the luminaire's dimensions, with a
-//!   note. Lengths are mm, *length* lies along C0 as in LM-63.
+//! - **Opening**: `EmissionAreas`' area in the bottom face, or `LuminousOpening`, else the luminaire's dimensions, with
+//!   a note. Lengths are mm, *length* lies along C0 as in LM-63.
 //! - Spectra and colours over angles are passed over, with a note. Radiant and photon intensities are no light.
 
 mod json;
@@ -354,7 +354,7 @@ impl Raw {
         Ok(IntensityTable { planes, angles, candela })
     }
 
-    /// Symmetry of the table, as it says and as its planes tell.
+    /// Symmetry of the table, as it says and as its planes show.
     fn symmetry(
         &self,
         path: &Path,

@@ -23,8 +23,8 @@ fn coordinate() -> impl Strategy<Value = String> {
 #[derive(Clone, Debug)]
 enum ObjLine {
     Vertex(Vec<String>),
-    /// Corners as parts of the vertices above, or of all where they may stand below, whether counted from below, and what
-    /// stands behind the slash.
+    /// Corners as parts of the vertices above, or of all where they may stand below, whether counted from below, and
+    /// what stands behind the slash.
     Face(bool, Vec<(f64, bool, &'static str)>),
     Other(&'static str),
 }
@@ -161,7 +161,8 @@ fn odd_files_are_left_to_the_other_reader() {
     assert_eq!(compare(format!("{triangle}v 1e12 0 0").as_bytes()), (true, true), "far out, but no face's");
 }
 
-/// Where faces name vertices that stand below them, in their block or in a later one, the mesh is that of the plain order.
+/// Where faces name vertices that stand below them, in their block or in a later one, the mesh is that of the plain
+/// order.
 #[test]
 fn faces_may_stand_above_their_vertices() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 2 1\n";
@@ -177,7 +178,7 @@ fn faces_may_stand_above_their_vertices() {
     }
 }
 
-/// Faces that have no area whatever their vertices are left out as if they weren't there, and told.
+/// Faces that have no area whatever their vertices are left out as if they weren't there, and reported.
 #[test]
 fn faces_of_two_corners_are_left_out() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

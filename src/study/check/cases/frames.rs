@@ -82,7 +82,8 @@ pub(super) fn cases() -> Vec<Case> {
         let case = case.photons(100_000).expects(Measurand::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3);
         cases.push(if offset > 5e6 { case.closed().quick() } else { case.closed() });
     }
-    // A speck so far from the room that single precision would have no place left for the room's details, were it to count.
+    // A speck so far from the room that single precision would have no place left for the room's details, were it to
+    // count.
     let mut far = panel_room(1.0, [0.0; 3]);
     far.obj += &solid([1e6, 0.0, 0.0], [1e6 + 1.0, 1.0, 1.0], "black");
     let why = "a forgotten block 1000 km away counts for nothing";

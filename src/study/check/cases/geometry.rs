@@ -11,7 +11,8 @@ pub(super) const MESHES: &str = "meshes";
 
 const SIDE: [f64; 3] = [4.0; 3];
 
-/// Two closed cubes side by side with one wall between them, `thick` (m): a lamp of 10⁶ lm in the one, of 1 lm in the other.
+/// Two closed cubes side by side with one wall between them, `thick` (m): a lamp of 10⁶ lm in the one, of 1 lm in the
+/// other.
 fn two_rooms(thick: f64, dark_flux: f64) -> SceneText {
     let far = [4.0 + thick, 0.0, 0.0];
     let end = [8.0 + thick, 4.0, 4.0];
@@ -138,7 +139,8 @@ fn meshes() -> Vec<Case> {
             [of(Gather, name.into()).quick(), of(Split, format!("{name}, split"))]
         })
         .collect();
-    // The cracks are 10 µm wide along the floor's four edges: of the light, their part of the surface gets out, at every bounce.
+    // The cracks are 10 µm wide along the floor's four edges: of the light, their part of the surface gets out, at
+    // every bounce.
     let crack = 1e-5;
     let inner = strips(&[crack, 4.0 - crack], (crack, 4.0 - crack));
     let lost = 4.0 * 4.0 * crack / (0.2 * CUBE);

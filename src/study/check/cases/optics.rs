@@ -176,8 +176,9 @@ fn mirrors() -> Vec<Case> {
         let case = case.photons(4000).expects(Measurand::AllPlanes, closed_room(FLUX, 0.999, CUBE), 0.01);
         cases.push(case.useful(0.3).within(0.07).closed());
     }
-    // Images at 0.5, 1.5, 2.5 … m: E = I Σ 1/(n + ½)² = I π²/2 below the lamp; the most upright of a million photons bounce
-    // thousands of times. The cells are so small (0.05 m) that they read 0.5 % less than the point below the lamp.
+    // Images at 0.5, 1.5, 2.5 … m: E = I Σ 1/(n + ½)² = I π²/2 below the lamp; the most upright of a million photons
+    // bounce thousands of times. The cells are so small (0.05 m) that they read 0.5 % less than the point below the
+    // lamp.
     let sheet = |z: f64| polygon("mirror", &[[-2.0, -2.0, z], [2.0, -2.0, z], [2.0, 2.0, z], [-2.0, 2.0, z]]);
     let facing = SceneText {
         toml: "[material.mirror]\nspecular = 1.0\n".to_owned()

@@ -45,9 +45,9 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// 200 photons at one point, asked for there with k = 100: no disc is smaller than the floor r = 1 mm of the search, so the
-/// paper's estimate is k φ/(π r²) (all of them, where a tree counts those that lie as near as the k-th), and the local-linear
-/// one, whose kernel has its peak there, at most twice the flux of all over that disc.
+/// 200 photons at one point, asked for there with k = 100: no disc is smaller than the floor r = 1 mm of the search, so
+/// the paper's estimate is k φ/(π r²) (all of them, where a tree counts those that lie as near as the k-th), and the
+/// local-linear one, whose kernel has its peak there, at most twice the flux of all over that disc.
 fn coincident<T: NearestPhotons>(_: &Folder) -> Result<CaseResult, Error> {
     let (count, k, floor, flux) = (200, 100, 1e-3_f32, 0.5_f32);
     let map: PhotonMap<T, 1> = PhotonMap::build(vec![[0.25, -0.5, 0.0]; count], vec![Flux([flux]); count]);

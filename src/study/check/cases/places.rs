@@ -48,7 +48,8 @@ fn edges() -> Vec<Case> {
     let case = Case::new(PLACES, "cells whose middles lie on walls", "on which side are they?", scene).photons(100_000);
     let case = case.expects(Measurand::Worst("plane"), exact, 0.0).expects(Measurand::Worst("floor"), exact, 0.0);
     cases.push(case.expects(Measurand::Valued("plane"), 1.0, 0.0).useful(0.2).closed().quick());
-    // A sheet through the middles of a column of cells parts two cubes that mirror each other: as at the wall of one alone.
+    // A sheet through the middles of a column of cells parts two cubes that mirror each other: as at the wall of one
+    // alone.
     let row = plane("row", [3.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 4.0, 0.0], [1, 16], "surface");
     let lamps = [2.0, 6.0].map(|x| point_lamp(&format!("lamp {x}"), [x, 2.0, 2.0], FLUX));
     let alone = SceneText {
@@ -103,8 +104,8 @@ fn insides() -> Vec<Case> {
     cases
 }
 
-/// Mean E (lx) on a rectangle of half sides a, b (m) at distance h (m) from a source over its middle: I Ω/(4ab), Ω its solid
-/// angle 4 asin(ab/√((a² + h²)(b² + h²))).
+/// Mean E (lx) on a rectangle of half sides a, b (m) at distance h (m) from a source over its middle: I Ω/(4ab), Ω its
+/// solid angle 4 asin(ab/√((a² + h²)(b² + h²))).
 fn mean_below(flux: f64, [a, b]: [f64; 2], h: f64) -> f64 {
     let solid_angle = 4.0 * (a * b / (a.hypot(h) * b.hypot(h))).asin();
     flux / (4.0 * PI) * solid_angle / (4.0 * a * b)

@@ -31,8 +31,8 @@ fn glowing_places(rho: f64) -> SceneText {
 
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    // Photons for about as many rays each, and the rounding of one's share: the flux of all photons together is known to 1/√N,
-    // since a photon's landings come to 1/(1 − ρ) with a spread of as much.
+    // Photons for about as many rays each, and the rounding of one's share: the flux of all photons together is known
+    // to 1/√N, since a photon's landings come to 1/(1 − ρ) with a spread of as much.
     for (rho, photons) in [(0.9, 100_000), (0.95, 100_000), (0.99, 40_000), (0.999, 10_000), (0.9999, 4000)] {
         let exact = closed_room(FLUX, rho, CUBE);
         let why = "E = Φ/((1 − ρ)S), the mean of a cube's face";
