@@ -52,7 +52,7 @@ pub struct Dimmed {
     pub levels: Levels,
     /// What they draw, in [`Influence::power_unit`].
     pub power: f64,
-    /// Sensors whose targets are not surely met.
+    /// Sensors whose targets are not met with confidence.
     pub missed: Vec<String>,
     /// How many renders verified the levels; none where all luminaires are off.
     pub renders: u64,
@@ -170,8 +170,8 @@ impl<'a> Job<'a> {
     }
 
     /// Whether light groups are told apart.
-    pub fn groups(mut self, told_apart: bool) -> Self {
-        self.options.groups = Some(told_apart);
+    pub fn groups(mut self, separate: bool) -> Self {
+        self.options.groups = Some(separate);
         self
     }
 
@@ -199,7 +199,7 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// Who hears how far the run has come, and may end it after the pass in hand.
+    /// Gets reports of how far the run has come, and may end it after the current pass.
     pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
         self.progress = progress;
         self
@@ -257,7 +257,7 @@ impl<'a> Job<'a> {
     /// # Errors
     /// As [`Job::run`]; also where the scene has no sensor.
     pub fn influence(self) -> Result<(Influence, Results), Error> {
-        let (planned, groups) = self.told_apart()?;
+        let (planned, groups) = self.for_influence()?;
         if planned.scene.sensors.is_empty() {
             return Err(no_sensor(&planned.scene));
         }
@@ -347,7 +347,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same with every luminaire at full output, too, for a matrix of influence.
-    pub(crate) fn told_apart(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
+    pub(crate) fn for_influence(mut self) -> Result<(Planned<'a>, Vec<String>), Error> {
         self = self.dimming(Dimming::Full)?;
         self.least_passes = LEAST_PASSES; // standard errors of sensors decide on levels
         let (job, groups) = self.in_groups_of_one();
@@ -406,7 +406,7 @@ impl<'a> Planned<'a> {
     /// Computes it in this process.
     pub(crate) fn alone(&self) -> Result<Results, Error> {
         let results = self.run(&Keeping { checkpoint: self.checkpoint.as_deref(), ..Default::default() })?;
-        Ok(results.expect("who is alone leads"))
+        Ok(results.expect("a run that is alone has results"))
     }
 
     /// Computes it with a team; `None` where another process has the results.

@@ -1,4 +1,4 @@
-//! How far a run has come, told to whoever listens.
+//! How far a run has come, for a program that wants to show it.
 
 /// Hears how far a run has come.
 pub trait Progress: Sync {
@@ -8,13 +8,13 @@ pub trait Progress: Sync {
     fn advance(&self, steps: u64);
     /// A pass is over; the worst map's claimed standard error is now `percent` of its mean.
     fn pass(&self, _passes: u32, _percent: f64) {}
-    /// Whether the run shall end after the pass in hand.
+    /// Whether the run is to end after the current pass.
     fn interrupted(&self) -> bool {
         false
     }
 }
 
-/// Hears nothing.
+/// Reports to nobody.
 impl Progress for () {
     fn stage(&self, _: &'static str, _: u64) {}
     fn advance(&self, _: u64) {}

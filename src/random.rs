@@ -1,4 +1,5 @@
-//! Randomness, dealt by index: photon i of a pass draws from stream i, so no result depends on who traces it, or when.
+//! Randomness, dealt by index: photon i of a pass draws from stream i, so no result depends on which thread traces it,
+//! or when.
 
 use glam::Vec3;
 use rand_core::{Rng, SeedableRng};
@@ -74,8 +75,8 @@ impl Stream {
     }
 }
 
-/// (cos, sin) of the part `turn` (0 … 1) of a full turn, to 3·10⁻⁷: Taylor series within an eighth of a turn of the nearest
-/// quarter, since directions are a tenth of tracing's time.
+/// (cos, sin) of the part `turn` (0 … 1) of a full turn, to 3·10⁻⁷: Taylor series within an eighth of a turn of the
+/// nearest quarter, since directions are a tenth of tracing's time.
 #[inline]
 pub(crate) fn on_circle(turn: f32) -> [f32; 2] {
     let quarter = (4.0 * turn + 0.5) as i32;
@@ -86,7 +87,7 @@ pub(crate) fn on_circle(turn: f32) -> [f32; 2] {
         * ((1.0 - square * (1.0 / 6.0))
             + fourth * ((1.0 / 120.0 - square * (1.0 / 5040.0)) + fourth * (1.0 / 362_880.0)));
     let cos = (1.0 - 0.5 * square) + fourth * ((1.0 / 24.0 - square * (1.0 / 720.0)) + fourth * (1.0 / 40_320.0));
-    // Turned by whole quarters, without a branch: nobody could predict it.
+    // Turned by whole quarters, without a branch, which could not be predicted.
     let quarter = quarter as u32;
     let (x, y) = if quarter & 1 == 0 { (cos, sin) } else { (sin, cos) };
     let negate_if = |value: f32, bit: u32| f32::from_bits(value.to_bits() ^ ((bit & 2) << 30));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::batch::report::Figures;
+use crate::batch::report::RunFigures;
 use crate::error::Error;
 use crate::files;
 use crate::render::Settings;
@@ -20,7 +20,7 @@ const NAME: &str = "done.json";
 /// What a run was asked for: results of equal ones are equal to the bit, but for a limit of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Asked {
+pub struct Request {
     recipe: Recipe,
     seed: u64,
     first_pass: u32,
@@ -33,7 +33,7 @@ pub struct Asked {
     layers: [bool; 3],
 }
 
-impl Asked {
+impl Request {
     /// What makes the states, when to stop, and what to write.
     pub fn new(recipe: Recipe, settings: &Settings, most_cells: usize, layers: &ExtraLayers) -> Self {
         let Settings { seed, first_pass, stop, .. } = *settings;
@@ -47,38 +47,38 @@ impl Asked {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Done {
-    asked: Asked,
+    asked: Request,
     /// What the run found, in short.
-    pub figures: Figures,
-    /// What the user ought to know.
+    pub figures: RunFigures,
+    /// What the user should know.
     pub warnings: Vec<String>,
     /// Whether a sensor misses its target, or an area what is required of it.
     pub missed: bool,
-    files: Vec<Written>,
+    files: Vec<WrittenFile>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct WrittenFile {
     name: PathBuf,
     sha256: String,
 }
 
 impl Done {
     /// The run in `folder`, if it was asked the same and each of its results is whole. Cost: reading them.
-    pub fn read(folder: &Path, asked: &Asked) -> Option<Self> {
+    pub fn read(folder: &Path, asked: &Request) -> Option<Self> {
         let text = std::fs::read(folder.join(NAME)).ok()?;
         let done: Self = serde_json::from_slice(&text).ok()?;
         let whole =
-            |written: &Written| digest(&folder.join(&written.name)).is_ok_and(|digest| digest == written.sha256);
+            |written: &WrittenFile| digest(&folder.join(&written.name)).is_ok_and(|digest| digest == written.sha256);
         (done.asked == *asked && done.files.iter().all(whole)).then_some(done)
     }
 
     /// Hands the results `written` to the disk, then says that the run is done.
     pub fn write(
         folder: &Path,
-        asked: Asked,
-        figures: Figures,
+        asked: Request,
+        figures: RunFigures,
         warnings: Vec<String>,
         missed: bool,
         written: &[PathBuf],
@@ -88,7 +88,7 @@ impl Done {
             let kept = File::options().write(true).open(path).and_then(|file| file.sync_all());
             let digest =
                 kept.and_then(|()| digest(path)).map_err(|source| Error::Write { path: path.clone(), source })?;
-            Ok(Written { name, sha256: digest })
+            Ok(WrittenFile { name, sha256: digest })
         };
         let files = written.iter().map(file).collect::<Result<_, Error>>()?;
         let done = Self { asked, figures, warnings, missed, files };

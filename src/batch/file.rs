@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
 
-use super::{Kind, Options, Run};
+use super::{Arity, BatchOptions, BatchRun};
 use crate::error::{InputError, Location};
 use crate::files::stems;
 use crate::scene::fields::{Fields, Placed, Source, Word};
@@ -39,7 +39,7 @@ pub fn is_batch(text: &str) -> bool {
 }
 
 /// Reads the text of the batch file at `path`.
-pub fn parse(path: &Path, text: &str, options: &Options<'_>) -> Result<Vec<Run>, InputError> {
+pub fn parse(path: &Path, text: &str, options: &BatchOptions<'_>) -> Result<Vec<BatchRun>, InputError> {
     let source = Source::new(path, text);
     let table = source.table(text)?;
     let top = Fields::new(&source, "the batch file", Location::file(path), table.get_ref(), &["defaults", "run"])?;
@@ -60,16 +60,20 @@ pub fn parse(path: &Path, text: &str, options: &Options<'_>) -> Result<Vec<Run>,
 }
 
 /// A batch of scenes without options of their own.
-pub fn plain(scenes: &[PathBuf]) -> Vec<Run> {
+pub fn plain(scenes: &[PathBuf]) -> Vec<BatchRun> {
     let draft = |scene: &PathBuf| Draft { name: stem(scene), scene: scene.clone(), options: Vec::new() };
     unlike(scenes.iter().map(draft).collect())
 }
 
 /// Gives each a name of its own that is also a folder's.
-fn unlike(drafts: Vec<Draft>) -> Vec<Run> {
+fn unlike(drafts: Vec<Draft>) -> Vec<BatchRun> {
     let names: Vec<&str> = drafts.iter().map(|draft| draft.name.as_str()).collect();
     let names = stems(&names);
-    drafts.into_iter().zip(names).map(|(Draft { scene, options, .. }, name)| Run { name, scene, options }).collect()
+    drafts
+        .into_iter()
+        .zip(names)
+        .map(|(Draft { scene, options, .. }, name)| BatchRun { name, scene, options })
+        .collect()
 }
 
 /// The runs of a `[[run]]`: each of its scenes with each combination of what is swept.
@@ -78,7 +82,7 @@ fn add_runs(
     at: Location,
     section: &DeTable,
     defaults: &[Setting],
-    options: &Options<'_>,
+    options: &BatchOptions<'_>,
     drafts: &mut Vec<Draft>,
 ) -> Result<(), InputError> {
     let known: Vec<&str> = ["scene", "name"].into_iter().chain(options.known.iter().map(|(name, _)| &**name)).collect();
@@ -121,12 +125,12 @@ fn add_runs(
 }
 
 /// The options that a section sets.
-fn settings<'a>(fields: &Fields<'a>, options: &Options<'_>) -> Result<Vec<Setting<'a>>, InputError> {
+fn settings<'a>(fields: &Fields<'a>, options: &BatchOptions<'_>) -> Result<Vec<Setting<'a>>, InputError> {
     let mut settings = Vec::new();
     for name in fields.keys() {
         let Some((_, kind)) = options.known.iter().find(|(known, _)| known == name) else { continue };
         let Some((is_list, words)) = fields.words(name)? else { continue };
-        let swept = is_list && *kind != Kind::List;
+        let swept = is_list && *kind != Arity::List;
         if swept && words.is_empty() {
             return Err(fields.refusal(name, "a value, or a list of them"));
         }
@@ -135,8 +139,8 @@ fn settings<'a>(fields: &Fields<'a>, options: &Options<'_>) -> Result<Vec<Settin
             ..fields.refusal(name, expected)
         };
         let each = words.iter().map(|word| match (&word.value, kind) {
-            (Word::Switch(on), Kind::Switch) => Ok((on.to_string(), on.then(|| format!("--{name}")))),
-            (_, Kind::Switch) => Err(refuse(word, "true or false".into())),
+            (Word::Switch(on), Arity::Switch) => Ok((on.to_string(), on.then(|| format!("--{name}")))),
+            (_, Arity::Switch) => Err(refuse(word, "true or false".into())),
             (Word::Text(text) | Word::Number(text), _) => Ok((text.clone(), Some(format!("--{name}={text}")))),
             (Word::Switch(on), _) => {
                 let text = if *on { "on" } else { "off" };
@@ -203,14 +207,14 @@ mod tests {
     use super::*;
 
     fn runs(text: &str) -> Result<Vec<(String, String)>, String> {
-        let known = [("error", Kind::One), ("seed", Kind::One), ("groups", Kind::Switch), ("layers", Kind::List)];
+        let known = [("error", Arity::One), ("seed", Arity::One), ("groups", Arity::Switch), ("layers", Arity::List)];
         let check = |argument: &str| match argument.split_once("--error=") {
             Some((_, value)) => value.parse::<f64>().map(|_| ()).map_err(|_| "a number of percent".into()),
             None => Ok(()),
         };
         let known = known.map(|(name, kind)| (name.to_owned(), kind)).to_vec();
-        let runs = parse(Path::new("b.toml"), text, &Options { known, check: &check });
-        let each = |run: Run| (run.name, run.options.join(" "));
+        let runs = parse(Path::new("b.toml"), text, &BatchOptions { known, check: &check });
+        let each = |run: BatchRun| (run.name, run.options.join(" "));
         runs.map(|runs| runs.into_iter().map(each).collect()).map_err(|error| error.to_string())
     }
 

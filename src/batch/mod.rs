@@ -1,8 +1,8 @@
 //! A list of runs: read from a [`mod@file`], each [`done`] once, whatever happens in between.
 //!
-//! A run has a folder of its own. While it is under way its state is kept there after each pass; when its results are
-//! written, a marker is, last of all, which names what was asked for and the checksum of each result. So whatever ends a
-//! batch, the same command goes on where it was: a marker that holds is not repeated, a checkpoint is taken up again.
+//! A run has a folder of its own. While it runs its state is kept there after each pass; when its results are
+//! written, a marker is, last of all, which names what was asked for and the checksum of each result. So whatever ends
+//! a batch, the same command goes on where it was: a marker that holds is not repeated, a checkpoint is taken up again.
 
 pub mod done;
 pub mod file;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// One run of a batch.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct BatchRun {
     /// Its name, and that of its folder: unlike all others of the batch.
     pub name: String,
     /// Scene file.
@@ -23,7 +23,7 @@ pub struct Run {
 
 /// How often an option is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Arity {
     /// By its name alone.
     Switch,
     /// Once, with a value: several are several runs.
@@ -33,14 +33,14 @@ pub enum Kind {
 }
 
 /// The options that a batch may give.
-pub struct Options<'a> {
+pub struct BatchOptions<'a> {
     /// Each by its long name.
-    pub known: Vec<(String, Kind)>,
+    pub known: Vec<(String, Arity)>,
     /// Checks an argument such as `--error=0.5`; says what it should be instead.
     pub check: &'a dyn Fn(&str) -> Result<(), String>,
 }
 
-/// What `attempt` comes to, or in which words it panicked.
+/// The result of `attempt`, or the message of its panic.
 pub fn caught<R>(attempt: impl FnOnce() -> R) -> Result<R, String> {
     // What a run that panicked leaves behind is dropped with it; the next one begins anew.
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(attempt)).map_err(|panic| {

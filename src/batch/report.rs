@@ -1,17 +1,18 @@
 //! What became of a batch: `summary.csv`, `report.html`, a table for a terminal, JSON.
 //!
-//! A line of the CSV is one place of one run (`kind`: plane, surface, sensor or camera); a run without results has one line
-//! with neither. JSON has the same under `runs`, places within their run.
+//! A line of the CSV is one place of one run (`kind`: plane, surface, sensor or camera); a run without results has one
+//! line with neither. JSON has the same under `runs`, places within their run.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::csv::WriterBuilder;
+use maud::{Markup, Render, html};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::files;
-use crate::report::html::{document, escape, section, table, warnings};
+use crate::report::html::{document, list, own, section, table, warnings};
 use crate::report::table::columns;
 use crate::results::{Results, statistics};
 use crate::text::number::{count, duration, percent, round_to, short};
@@ -81,7 +82,7 @@ impl Status {
 
 /// One run of a batch.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct RunRow {
     /// Its name, and that of its folder.
     pub name: String,
     /// Its scene file.
@@ -91,8 +92,8 @@ pub struct Row {
     /// What became of it.
     pub status: Status,
     /// What it found.
-    pub figures: Option<Figures>,
-    /// What the user ought to know.
+    pub figures: Option<RunFigures>,
+    /// What the user should know.
     pub warnings: Vec<String>,
     /// Why it failed, or which requirement it misses.
     pub message: Option<String>,
@@ -101,7 +102,7 @@ pub struct Row {
 /// What a run found, in short.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Figures {
+pub struct RunFigures {
     /// How it was computed.
     pub method: String,
     /// Seed of the random streams.
@@ -115,13 +116,13 @@ pub struct Figures {
     /// Peak memory, bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
     /// Where light was measured.
-    pub places: Vec<Place>,
+    pub places: Vec<PlaceFigures>,
 }
 
 /// What was found at a place; lx where light can arrive at all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct PlaceFigures {
     /// `plane`, `surface`, `sensor` or `camera`.
     pub kind: String,
     /// Its name.
@@ -136,11 +137,11 @@ pub struct Place {
     pub standard_error_percent: Option<f64>,
 }
 
-impl Figures {
+impl RunFigures {
     /// Those of a run's results.
     pub fn of(results: &Results) -> Self {
         let run = &results.run;
-        let place = |kind: &str, name: &str, known: bool, [mean, min, u0, error]: [Option<f64>; 4]| Place {
+        let place = |kind: &str, name: &str, known: bool, [mean, min, u0, error]: [Option<f64>; 4]| PlaceFigures {
             kind: kind.into(),
             name: name.into(),
             mean_lx: mean.filter(|_| known),
@@ -183,7 +184,7 @@ impl Figures {
 ///
 /// # Errors
 /// [`Error::Write`] where one can't be written.
-pub fn write(title: &str, rows: &[Row], folder: &Path) -> Result<[PathBuf; 2], Error> {
+pub fn write(title: &str, rows: &[RunRow], folder: &Path) -> Result<[PathBuf; 2], Error> {
     let files = ["summary.csv", "report.html"].map(|name| folder.join(name));
     files::write_whole(&files[0], &mut |out| write_csv(rows, out))?;
     files::write_whole(&files[1], &mut |out| out.write_all(page(title, rows).as_bytes()))?;
@@ -194,7 +195,7 @@ pub fn write(title: &str, rows: &[Row], folder: &Path) -> Result<[PathBuf; 2], E
 ///
 /// # Errors
 /// Where `out` fails.
-pub fn write_csv(rows: &[Row], out: &mut impl Write) -> io::Result<()> {
+pub fn write_csv(rows: &[RunRow], out: &mut impl Write) -> io::Result<()> {
     let mut table = WriterBuilder::new().from_writer(out);
     table.write_record(HEAD)?;
     let six = |value: Option<f64>| value.map_or_else(String::new, |value| round_to(value, 6).to_string());
@@ -222,18 +223,18 @@ pub fn write_csv(rows: &[Row], out: &mut impl Write) -> io::Result<()> {
 }
 
 /// The summary as JSON, indented, with a line end.
-pub fn json(rows: &[Row]) -> String {
+pub fn json(rows: &[RunRow]) -> String {
     #[derive(Serialize)]
     struct Batch<'a> {
         luxmap: &'static str,
-        runs: &'a [Row],
+        runs: &'a [RunRow],
     }
     let batch = Batch { luxmap: env!("CARGO_PKG_VERSION"), runs: rows };
     serde_json::to_string_pretty(&batch).expect("numbers, texts and lists make JSON") + "\n"
 }
 
 /// What became of the runs, in one line: `5 runs: 3 done, 2 failed`.
-pub fn in_short(rows: &[Row]) -> String {
+pub fn in_short(rows: &[RunRow]) -> String {
     let parts = Status::ALL.into_iter().filter_map(|(name, status)| {
         let count = rows.iter().filter(|row| row.status == status).count();
         (count > 0).then(|| format!("{count} {name}"))
@@ -243,7 +244,7 @@ pub fn in_short(rows: &[Row]) -> String {
 }
 
 /// The summary for a terminal.
-pub fn text(rows: &[Row]) -> String {
+pub fn text(rows: &[RunRow]) -> String {
     let head = ["run", "status", "passes", "time", "place", "Ē, lx", "E_min, lx", "U₀", "σ, %"];
     let lines = rows.iter().flat_map(|row| {
         let (passes, time) = row
@@ -272,10 +273,10 @@ pub fn text(rows: &[Row]) -> String {
 }
 
 /// Name, Ē, E_min, U₀ and σ of a run's places, as people read them.
-fn shown(row: &Row) -> Vec<[String; 5]> {
+fn shown(row: &RunRow) -> Vec<[String; 5]> {
     let places = row.figures.as_ref().map_or(&[][..], |found| &found.places);
     let known = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "–".into(), text);
-    let line = |place: &Place| {
+    let line = |place: &PlaceFigures| {
         let [mean, min] = [place.mean_lx, place.min_lx].map(|lux| known(lux, short));
         let u0 = known(place.u0, |u0| format!("{u0:.2}"));
         [place.name.clone(), mean, min, u0, known(place.standard_error_percent, |error| percent(error / 100.0))]
@@ -290,31 +291,30 @@ fn shown(row: &Row) -> Vec<[String; 5]> {
 }
 
 /// The summary as one HTML file that needs nothing else, and links to each run's report.
-pub fn page(title: &str, rows: &[Row]) -> String {
-    let title = escape(title);
-    let said = |row: &Row| row.warnings.iter().map(|warning| format!("{}: {warning}", row.name)).collect::<Vec<_>>();
-    let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n", in_short(rows)),
-        messages(rows),
-        warnings(&rows.iter().flat_map(said).collect::<Vec<_>>()),
-        runs(rows),
-    ];
-    document(&title, STYLE, &parts.concat())
+pub fn page(title: &str, rows: &[RunRow]) -> String {
+    let said = |row: &RunRow| row.warnings.iter().map(|warning| format!("{}: {warning}", row.name)).collect::<Vec<_>>();
+    let main = html! {
+        header { h1 { (title) } p { (in_short(rows)) } }
+        (messages(rows))
+        (warnings(&rows.iter().flat_map(said).collect::<Vec<_>>()))
+        (runs(rows))
+    };
+    document(title, &[STYLE], &main)
 }
 
 /// Why runs failed, and what others miss.
-fn messages(rows: &[Row]) -> String {
+fn messages(rows: &[RunRow]) -> Markup {
     let said = rows.iter().filter_map(|row| Some((&row.name, row.message.as_ref()?)));
-    let items: String =
-        said.map(|(name, message)| format!("<li><b>{}</b>: {}</li>\n", escape(name), escape(message))).collect();
-    match items.as_str() {
-        "" => items,
-        _ => format!("<section class=\"failed\">\n<h2>Not as asked for</h2>\n<ul>\n{items}</ul>\n</section>\n"),
+    let items: Vec<Markup> = said.map(|(name, message)| html! { b { (name) } ": " (message) }).collect();
+    html! {
+        @if !items.is_empty() {
+            section class="failed" { h2 { "Not as asked for" } (list(items)) } "\n"
+        }
     }
 }
 
 /// All runs in one table.
-fn runs(rows: &[Row]) -> String {
+fn runs(rows: &[RunRow]) -> Markup {
     let head = [
         "Run",
         "Status",
@@ -328,45 +328,53 @@ fn runs(rows: &[Row]) -> String {
         "Photons",
         "Time",
         "Memory, MB",
-    ];
-    let note = "<p>σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts from \
-                when it was resumed. <code>summary.csv</code> has every place.</p>\n";
-    section("Runs", &(table(head, rows.iter().map(run)) + note))
+    ]
+    .map(own);
+    let content = html! {
+        (table(head, rows.iter().map(run)))
+        p {
+            "σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts from when \
+             it was resumed. " code { "summary.csv" } " has every place."
+        }
+    };
+    section("Runs", content)
 }
 
 /// A run's line.
-fn run(row: &Row) -> [String; 12] {
-    let name = escape(&row.name);
-    let name = match row.figures {
-        Some(_) => format!("<a href=\"{}/report.html\">{name}</a>", escape(&row.name.replace(' ', "%20"))),
-        None => name,
-    };
-    let options = row.options.iter().map(|option| format!("<span>{}</span> ", escape(option)));
-    let under = format!("{}<br>{}", escape(&row.scene.display().to_string()), options.collect::<String>());
+fn run(row: &RunRow) -> [Markup; 12] {
     let class = match row.status {
         Status::Done | Status::Resumed | Status::DoneBefore if row.message.is_none() => "met",
         Status::Interrupted | Status::NotBegun => "open",
         _ => "missed",
     };
+    let name = html! {
+        @if row.figures.is_some() {
+            a href={ (row.name.replace(' ', "%20")) "/report.html" } { (row.name) }
+        } @else {
+            (row.name)
+        }
+        small { (row.scene.display().to_string()) br; @for option in &row.options { span { (option) } " " } }
+    };
     let places = shown(row);
-    let column = |at: usize| places.iter().map(|place| escape(&place[at])).collect::<Vec<_>>().join("<br>");
+    let column = |at: usize| {
+        html! { @for (number, place) in places.iter().enumerate() { @if number > 0 { br; } (place[at]) } }
+    };
     let [method, passes, photons, time, memory] = row.figures.as_ref().map_or_else(Default::default, |found| {
         let memory = found.peak_memory_bytes.map_or_else(String::new, |bytes| short(bytes as f64 / 1e6));
-        let (passes, photons) = (found.passes.to_string(), count(found.photons));
-        [escape(&found.method), passes, photons, duration(found.seconds), memory]
+        [found.method.clone(), found.passes.to_string(), count(found.photons), duration(found.seconds), memory]
     });
     [
-        format!("{name}<small>{under}</small>"),
-        format!("<span class=\"{class}\">{}</span>", row.status.name()),
+        name,
+        html! { span class=(class) { (row.status.name()) } },
         column(0),
         column(1),
         column(2),
         column(3),
         column(4),
-        method,
-        passes,
-        photons,
-        time,
-        memory,
+        method.render(),
+        passes.render(),
+        photons.render(),
+        time.render(),
+        memory.render(),
     ]
 }

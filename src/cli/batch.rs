@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::common::flag;
 use super::options::said;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::render::{self, stem};
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, one_line, print, sentence};
-use crate::batch::done::{Asked, Done};
+use crate::batch::done::{Done, Request};
 use crate::batch::file::{is_batch, parse, plain};
-use crate::batch::report::{Figures, Row, Status, in_short, json, text, write};
-use crate::batch::{Kind, Options, Run, caught};
+use crate::batch::report::{RunFigures, RunRow, Status, in_short, json, text, write};
+use crate::batch::{Arity, BatchOptions, BatchRun, caught};
 use crate::error::{Error, InputError, Location};
 use crate::files;
 use crate::files::Claim;
@@ -109,7 +109,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// The batch's name and runs.
-fn read(files: &[PathBuf]) -> Result<(String, Vec<Run>), Error> {
+fn read(files: &[PathBuf]) -> Result<(String, Vec<BatchRun>), Error> {
     for path in files {
         let text = files::read(path, LARGEST_SCENE).map_err(|error| {
             let found = if path.exists() { files::why(&error) } else { "no such file".into() };
@@ -122,21 +122,21 @@ fn read(files: &[PathBuf]) -> Result<(String, Vec<Run>), Error> {
             return Err(InputError::new(Location::file(path), found, "one batch file, or scene files only").into());
         }
         let check = |argument: &str| check_argument(argument);
-        let runs = parse(path, &text, &Options { known: known(), check: &check })?;
+        let runs = parse(path, &text, &BatchOptions { known: known(), check: &check })?;
         return Ok((stem(path).to_string_lossy().into_owned(), runs));
     }
     Ok(("batch".into(), plain(files)))
 }
 
 /// The options of `luxmap render` that a batch may give.
-fn known() -> Vec<(String, Kind)> {
+fn known() -> Vec<(String, Arity)> {
     let command = render::command();
     let option = |argument: &clap::Arg| {
         let name = argument.get_long().filter(|name| !OWN.contains(name))?;
         let kind = match argument.get_action() {
-            clap::ArgAction::SetTrue => Kind::Switch,
-            clap::ArgAction::Append => Kind::List,
-            _ => Kind::One,
+            clap::ArgAction::SetTrue => Arity::Switch,
+            clap::ArgAction::Append => Arity::List,
+            _ => Arity::One,
         };
         Some((name.to_owned(), kind))
     };
@@ -178,9 +178,9 @@ fn check_options(options: &[String]) -> Result<(), Error> {
 }
 
 /// Brings a run as far as it goes, and says how far.
-fn row(run: &Run, folder: &Path, arguments: &Arguments) -> Row {
+fn row(run: &BatchRun, folder: &Path, arguments: &Arguments) -> RunRow {
     let options = [run.options.as_slice(), &arguments.options].concat();
-    let mut row = Row {
+    let mut row = RunRow {
         name: run.name.clone(),
         scene: run.scene.clone(),
         options,
@@ -194,35 +194,35 @@ fn row(run: &Run, folder: &Path, arguments: &Arguments) -> Row {
     }
     let attempt = caught(|| attempt(run, &folder.join(&run.name), &row.options, arguments));
     match attempt.unwrap_or_else(|panic| Err(Error::Usage(panic))) {
-        Ok(Found { status, figures, warnings, missed }) => {
+        Ok(RunResult { status, figures, warnings, missed }) => {
             row.message = missed.then(|| "misses a target or requirement".into());
-            Row { status, figures: Some(figures), warnings, ..row }
+            RunRow { status, figures: Some(figures), warnings, ..row }
         }
-        Err(error) => Row { status: Status::Failed, message: Some(one_line(&said(&error), " ")), ..row },
+        Err(error) => RunRow { status: Status::Failed, message: Some(one_line(&said(&error), " ")), ..row },
     }
 }
 
-/// What a run that didn't fail came to.
-struct Found {
+/// The result of a run that didn't fail.
+struct RunResult {
     status: Status,
-    figures: Figures,
+    figures: RunFigures,
     warnings: Vec<String>,
     /// Whether it misses what `--check` asks for.
     missed: bool,
 }
 
 /// Does a run that isn't done yet: from its checkpoint on, if there is one that fits.
-fn attempt(run: &Run, folder: &Path, options: &[String], arguments: &Arguments) -> Result<Found, Error> {
+fn attempt(run: &BatchRun, folder: &Path, options: &[String], arguments: &Arguments) -> Result<RunResult, Error> {
     let own = render::parse(options, &run.scene).map_err(|error| Error::Usage(sentence(&error)))?;
     forget_peak_memory();
-    let bar = Bar::new(arguments.quiet);
+    let bar = TerminalBar::new(arguments.quiet);
     let checkpoint = folder.join("checkpoint");
     let planned = own.job(&bar)?.checkpoint(&checkpoint).planned()?;
     let layers = own.common.layers();
-    let asked = Asked::new(planned.recipe(), &planned.settings, planned.most_cells, &layers);
+    let asked = Request::new(planned.recipe(), &planned.settings, planned.most_cells, &layers);
     if let Some(Done { figures, warnings, missed, .. }) = Done::read(folder, &asked) {
         discard(&checkpoint, arguments);
-        return Ok(Found { status: Status::DoneBefore, figures, warnings, missed: missed && own.check });
+        return Ok(RunResult { status: Status::DoneBefore, figures, warnings, missed: missed && own.check });
     }
     let _claim = Claim::of(folder)?;
     let mut status = if checkpoint_files(&checkpoint).is_empty() { Status::Done } else { Status::Resumed };
@@ -243,26 +243,27 @@ fn attempt(run: &Run, folder: &Path, options: &[String], arguments: &Arguments) 
     flag(&mut results);
     let files = report::write(&results, folder, &layers)?;
     warnings.extend(results.run.warnings.iter().cloned());
-    let (figures, missed) = (Figures::of(&results), results.misses_target());
+    let (figures, missed) = (RunFigures::of(&results), results.misses_target());
     if interrupted() {
-        return Ok(Found { status: Status::Interrupted, figures, warnings, missed: missed && own.check });
+        return Ok(RunResult { status: Status::Interrupted, figures, warnings, missed: missed && own.check });
     }
     let Done { figures, warnings, .. } = Done::write(folder, asked, figures, warnings, missed, &files)?;
     discard(&checkpoint, arguments);
-    Ok(Found { status, figures, warnings, missed: missed && own.check })
+    Ok(RunResult { status, figures, warnings, missed: missed && own.check })
 }
 
-/// Removes the checkpoint of a run that is done, unless it shall be kept.
+/// Removes the checkpoint of a run that is done, unless it is to be kept.
 fn discard(checkpoint: &Path, arguments: &Arguments) {
     if !arguments.keep_checkpoints {
         for file in checkpoint_files(checkpoint) {
-            // Where it can't be removed it is in nobody's way.
+            // One that can't be removed does no harm.
             let _ = fs::remove_file(file);
         }
     }
 }
 
-/// Lets the system count this process's peak memory anew: a run shall not be blamed for the one before. Linux only.
+/// Lets the system count this process's peak memory anew: each run reports its own, not that of the run before. Linux
+/// only.
 fn forget_peak_memory() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }

@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::job::pool;
 use crate::study::check::{Case, cases, document};
 
-/// Run stiff and extreme cases, each against its exact answer: is what is found right, and as sure as it says? Exit code 1 if
-/// any is not.
+/// Run stiff and extreme cases, each against its exact answer: is what is found right, and as sure as it says? Exit
+/// code 1 if any is not.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Only the cases that take a moment: 20 s in all instead of minutes.

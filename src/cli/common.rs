@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::options::{RunOptions, Taker, flagged};
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Include, Outcome, complain, print, results_folder};
 use crate::error::Error;
 use crate::job::Job;
@@ -11,7 +11,7 @@ use crate::report::{self, ExtraLayers};
 use crate::results::Results;
 use crate::scene::Dimming;
 
-/// A scene, how it is computed, and how results are told.
+/// A scene, how it is computed, and how results are printed.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Common<T: Taker> {
@@ -43,7 +43,7 @@ pub(super) struct Common<T: Taker> {
 
 impl<T: Taker> Common<T> {
     /// The job, of a scene whose luminaires are at these levels.
-    pub(super) fn job<'a>(&self, dimming: Dimming, bar: &'a Bar) -> Result<Job<'a>, Error> {
+    pub(super) fn job<'a>(&self, dimming: Dimming, bar: &'a TerminalBar) -> Result<Job<'a>, Error> {
         let job = self.include.job(&self.scene, dimming)?.only(&self.planes, &self.cameras)?;
         Ok(job.options(self.options.given().clone()).progress(bar))
     }

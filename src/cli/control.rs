@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Include, Outcome, complain, influence, print, results_folder};
 use crate::control::report::{Simulation, json, table, write};
 use crate::control::{Script, simulate};
@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             (influence, None)
         }
         None => {
-            let bar = Bar::new(arguments.quiet);
+            let bar = TerminalBar::new(arguments.quiet);
             let job = arguments.include.job(&arguments.scene, Dimming::Full)?.progress(&bar);
             let found = influence::found(job, &bar, &folder)?;
             (found.influence, Some(found.claim))

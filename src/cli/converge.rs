@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::options::values_of;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Include, Outcome, complain, print, results_folder};
 use crate::error::Error;
 use crate::files::Claim;
@@ -12,7 +12,7 @@ use crate::options::{Method, Options};
 use crate::photon_map::Tree;
 use crate::scene::Scene;
 use crate::study::convergence::report;
-use crate::study::convergence::{Common, Study, ladder, reference};
+use crate::study::convergence::{CommonSettings, Study, ladder, reference};
 
 /// Photons a pass, where the user names none: the seed office takes about a minute with three methods and three seeds.
 const PHOTONS: [u64; 5] = [30_000, 100_000, 300_000, 1_000_000, 3_000_000];
@@ -41,8 +41,9 @@ pub(super) struct Arguments {
     /// Independent photon maps, averaged [default: 1].
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = values_of("passes"))]
     passes: Vec<u32>,
-    /// What is taken for the truth: PLANE=FILE (.exr, or .csv with columns E_lx and standard_error_lx), a file named after
-    /// a plane, or a folder of such files; repeatable [default: the closed form where one holds, else a long run].
+    /// What is taken for the truth: PLANE=FILE (.exr, or .csv with columns E_lx and standard_error_lx), a file named
+    /// after a plane, or a folder of such files; repeatable [default: the closed form where one holds, else a long
+    /// run].
     #[arg(long, value_name = "[PLANE=]FILE")]
     reference: Vec<String>,
     /// Only this measuring plane; repeatable.
@@ -89,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         or(&arguments.passes, &[1]),
     );
     let pool = pool(arguments.threads)?;
-    let bar = Bar::new(arguments.quiet);
+    let bar = TerminalBar::new(arguments.quiet);
     let study = pool.install(|| {
         let unused = common.seed.wrapping_sub(1);
         let references = reference::complete(given, &scene, unused, &bar)?;
@@ -110,10 +111,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// What the scene file sets holds for every run.
-fn common(arguments: &Arguments, scene: &Scene) -> Common {
+fn common(arguments: &Arguments, scene: &Scene) -> CommonSettings {
     let Options { radius, tree, seed, .. } =
         Options { seed: arguments.seed, ..Options::default() }.over(scene.render.clone());
-    Common { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
+    CommonSettings { radius, tree: tree.unwrap_or(Tree::Kd), seed: seed.unwrap_or(0), repeats: arguments.repeats }
 }
 
 /// The methods asked for; all where none is named.

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::common::{Common, flag};
-use super::influence::Found;
+use super::influence::MatrixRun;
 use super::options::Taker;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::signals::{end_after_pass, interrupted};
 use super::{Outcome, complain, influence, print};
-use crate::dimming::report::{Found as Reported, dimming};
+use crate::dimming::report::{DimmingResult, dimming};
 use crate::dimming::sure::{Known, solve_surely};
 use crate::dimming::verify::{Verified, named, verify};
 use crate::dimming::{Goal, Influence, page};
@@ -24,17 +24,18 @@ use crate::scene::Dimming;
 
 /// Find dimming levels that reach every sensor's target at least power, and verify them by renders.
 ///
-/// Each target is reached by a margin that covers the errors of matrix and render, so that a later render finds them all
-/// reached; what the margin costs is told.
+/// Each target is reached by a margin that covers the errors of matrix and render, so that a later render finds them
+/// all reached; what the margin costs is told.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    common: Common<Taken>,
+    common: Common<DimTaker>,
     /// The matrix that luxmap influence has written for this scene, instead of computing it.
     #[arg(long, value_name = "FILE")]
     influence: Option<PathBuf>,
-    /// Come as close to the targets as can be, above as below, instead of reaching them at least power; without a margin.
+    /// Come as close to the targets as can be, above as below, instead of reaching them at least power; without a
+    /// margin.
     #[arg(long)]
     closest: bool,
     /// How sure it must be that all targets are reached, %, from 50 to 99.9999 [default: 95].
@@ -46,9 +47,9 @@ pub(super) struct Arguments {
 }
 
 /// Takes the options of `luxmap dim`.
-struct Taken;
+struct DimTaker;
 
-impl Taker for Taken {
+impl Taker for DimTaker {
     const COMMAND: Command = Command::Dim;
 }
 
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     end_after_pass();
     let common = &arguments.common;
     let folder = common.folder("-dim");
-    let bar = Bar::new(common.quiet);
+    let bar = TerminalBar::new(common.quiet);
     let (matrix, found) = match &arguments.influence {
         Some(path) => (Influence::read(path)?, None),
         None => {
@@ -88,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             Ok((results, !interrupted()))
         })?
     };
-    let reported = Reported {
+    let reported = DimmingResult {
         known: &known,
         sure: &sure,
         verdicts: known.verdicts(&sure.answer.levels, sigmas),
@@ -102,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         written.extend(report::write(results, &folder, &common.layers())?);
     }
     // Layers of the maps are known where the matrix was computed here.
-    if let Some(Found { scene, results, .. }) = &found {
+    if let Some(MatrixRun { scene, results, .. }) = &found {
         let path = folder.join("live.html");
         page::write(scene, &known, sigmas, results, Some(&sure.answer), &path)?;
         written.push(path);
@@ -122,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             "warning: every luminaire is off: the daylight alone reaches the targets, and there is nothing to verify",
         );
     }
-    let short = tell_missed(&reported, goal);
+    let short = print_missed(&reported, goal);
     Ok(match Outcome::of_interruption() {
         Outcome::Done if short => Outcome::Missed,
         outcome => outcome,
@@ -130,15 +131,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// Writes `dimming.json`; returns its path.
-fn write_levels(reported: &Reported<'_>, folder: &Path) -> Result<PathBuf, Error> {
+fn write_levels(reported: &DimmingResult<'_>, folder: &Path) -> Result<PathBuf, Error> {
     let path = folder.join("dimming.json");
     named(&reported.known.mean, &reported.sure.answer.levels).write(&path, &about(reported))?;
     Ok(path)
 }
 
 /// What there is to say beside the levels.
-fn about(reported: &Reported<'_>) -> [(&'static str, serde_json::Value); 9] {
-    let Reported { known, sure, confidence, renders, .. } = reported;
+fn about(reported: &DimmingResult<'_>) -> [(&'static str, serde_json::Value); 9] {
+    let DimmingResult { known, sure, confidence, renders, .. } = reported;
     let matrix = &known.mean;
     [
         ("scene", json!(matrix.scene)),
@@ -154,8 +155,8 @@ fn about(reported: &Reported<'_>) -> [(&'static str, serde_json::Value); 9] {
 }
 
 /// What a sensor has by all that is known, and in the render that verifies it.
-fn sensor(reported: &Reported<'_>, number: usize) -> serde_json::Value {
-    let Reported { known, sure, verdicts, verified, .. } = reported;
+fn sensor(reported: &DimmingResult<'_>, number: usize) -> serde_json::Value {
+    let DimmingResult { known, sure, verdicts, verified, .. } = reported;
     let (place, levels) = (&known.mean.sensors[number], &sure.answer.levels);
     let reading = verified.and_then(|results| results.sensor(&place.name));
     json!({
@@ -172,9 +173,9 @@ fn sensor(reported: &Reported<'_>, number: usize) -> serde_json::Value {
     })
 }
 
-/// Names sensors whose targets are not surely met; whether there are some.
-fn tell_missed(reported: &Reported<'_>, goal: Goal) -> bool {
-    let Reported { known, sure, verdicts, .. } = reported;
+/// Prints the sensors whose targets are not met with confidence; whether there are some.
+fn print_missed(reported: &DimmingResult<'_>, goal: Goal) -> bool {
+    let DimmingResult { known, sure, verdicts, .. } = reported;
     let mut short = false;
     for (number, verdict) in verdicts.iter().enumerate() {
         let place = &known.mean.sensors[number];

@@ -4,7 +4,7 @@ use clap::Parser as _;
 
 use super::{Outcome, print, sentence};
 use crate::error::Error;
-use crate::scene::file::reference::{self, CONVENTIONS, Page};
+use crate::scene::file::reference::{self, CONVENTIONS, ReferencePage};
 
 /// Print this message, the help of a command, or with scene every key of the scene file.
 #[derive(clap::Args)]
@@ -50,7 +50,7 @@ fn scene() -> String {
 }
 
 /// A section. clap sets keys in two columns as it does with subcommands, and knows how wide the terminal is.
-fn section(page: &Page) -> String {
+fn section(page: &ReferencePage) -> String {
     let keys = page.keys().enumerate();
     let keys = keys.map(|(at, (name, words))| clap::Command::new(name).about(without_code(&words)).display_order(at));
     let mut end: String = page.rules().iter().map(|rule| format!("- {}\n", without_code(rule))).collect();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::common::{Common, flag};
 use super::options::Taker;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::signals::end_after_pass;
 use super::{Outcome, complain, print};
 use crate::dimming::sure::Known;
@@ -18,19 +18,19 @@ use crate::results::Results;
 use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::{Dimming, Scene};
 
-/// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in lx/cd, with
-/// standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
+/// Compute the influence matrix of a scene: what each luminaire at full output brings to each sensor, in lx and in
+/// lx/cd, with standard errors, from one run; and one layer a luminaire in the image of each measuring plane.
 #[derive(clap::Args)]
 #[group(skip)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    common: Common<Taken>,
+    common: Common<InfluenceTaker>,
 }
 
 /// Takes the options of `luxmap influence`.
-struct Taken;
+struct InfluenceTaker;
 
-impl Taker for Taken {
+impl Taker for InfluenceTaker {
     const COMMAND: Command = Command::Influence;
 }
 
@@ -38,9 +38,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let common = &arguments.common;
     end_after_pass();
     let folder = common.folder("-influence");
-    let bar = Bar::new(common.quiet);
+    let bar = TerminalBar::new(common.quiet);
     let job = common.job(Dimming::Full, &bar)?;
-    let Found { claim: _claim, scene, influence, results } = found(job, &bar, &folder)?;
+    let MatrixRun { claim: _claim, scene, influence, results } = found(job, &bar, &folder)?;
     let mut written = report::write(&results, &folder, &common.layers())?;
     written.extend(influence.write(&folder)?);
     written.push(folder.join("live.html"));
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// The matrix, and the run that found it: maps of all luminaires at full output, each a light group.
-pub(super) struct Found {
+pub(super) struct MatrixRun {
     pub(super) claim: Claim,
     pub(super) scene: Scene,
     pub(super) influence: Influence,
@@ -65,8 +65,8 @@ pub(super) struct Found {
 }
 
 /// Computes the matrix. The folder for results is claimed once it is clear that there will be some.
-pub(super) fn found(job: Job<'_>, bar: &Bar, folder: &Path) -> Result<Found, Error> {
-    let (planned, groups) = job.told_apart()?;
+pub(super) fn found(job: Job<'_>, bar: &TerminalBar, folder: &Path) -> Result<MatrixRun, Error> {
+    let (planned, groups) = job.for_influence()?;
     if planned.scene.sensors.is_empty() {
         return Err(no_sensor(&planned.scene));
     }
@@ -75,5 +75,5 @@ pub(super) fn found(job: Job<'_>, bar: &Bar, folder: &Path) -> Result<Found, Err
     bar.clear();
     flag(&mut results);
     let influence = Influence::of(&planned.scene, groups, &results);
-    Ok(Found { claim, scene: planned.scene, influence, results })
+    Ok(MatrixRun { claim, scene: planned.scene, influence, results })
 }

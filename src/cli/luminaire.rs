@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Outcome, complain, one_line, print};
 use crate::error::{Error, InputError, Location};
 use crate::files;
@@ -27,7 +27,8 @@ use crate::report::luminaire::{self, Entry, Figures, Sheet};
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Arguments {
-    /// Photometric files, by content: LM-63 (.ies, editions 1986 to 2019), EULUMDAT (.ldt) and what else luxmap reads; or folders.
+    /// Photometric files, by content: LM-63 (.ies, editions 1986 to 2019), EULUMDAT (.ldt) and what else luxmap reads;
+    /// or folders.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Folder for the results.
@@ -86,7 +87,7 @@ fn many(arguments: &[PathBuf], options: &Arguments) -> Result<Outcome, Error> {
     let home = options.output.clone().unwrap_or_else(|| Path::new("out").join("luminaires"));
     let _claim = Claim::of(&home)?;
     let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
-    let bar = Bar::new(options.quiet);
+    let bar = TerminalBar::new(options.quiet);
     bar.stage("files", files.len() as u64);
     let entries = files.par_iter().zip(luminaire::folders(&names)).map(|(file, folder)| {
         let read = match &file.unread {
@@ -147,8 +148,8 @@ fn listed(arguments: &[PathBuf]) -> Result<Vec<Listed>, Error> {
     Ok(files)
 }
 
-/// Adds the photometric files in a folder and its folders, hidden ones and links to folders left out; returns how many files that
-/// might have been photometric are not.
+/// Adds the photometric files in a folder and its folders, hidden ones and links to folders left out; returns how many
+/// files that might have been photometric are not.
 fn in_folder(folder: &Path, files: &mut Vec<Listed>) -> Result<usize, Error> {
     let name = |path: &Path| {
         let parts: Vec<_> =

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::common::{layers, write};
 use super::options::{RunOptions, Taker};
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::{Include, Outcome, results_folder};
 use crate::error::{Error, InputError, Location};
 use crate::files::Claim;
@@ -31,11 +31,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     #[command(flatten)]
-    options: RunOptions<Taken>,
+    options: RunOptions<MergeTaker>,
     /// Further EXR layers.
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = ["direct", "indirect", "stderr"])]
     layers: Vec<String>,
-    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 % confidence.
+    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 %
+    /// confidence.
     #[arg(long)]
     check: bool,
     /// Print the summary as JSON instead of the table.
@@ -47,9 +48,9 @@ pub(super) struct Arguments {
 }
 
 /// Takes the options of `luxmap merge`.
-struct Taken;
+struct MergeTaker;
 
-impl Taker for Taken {
+impl Taker for MergeTaker {
     const COMMAND: Command = Command::Merge;
 }
 
@@ -63,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(error.hint("--scene says where it is now").into());
     }
     let seed = words.passes.ranges().first().map_or(0, |range| range.seed);
-    let bar = Bar::new(arguments.quiet);
+    let bar = TerminalBar::new(arguments.quiet);
     let options = arguments.include.options(Dimming::AsWritten)?;
     let planned = Job::of_recipe(scene, options, &words.recipe, seed, &bar)?;
     let planned = planned.with_threads(arguments.options.given().threads);

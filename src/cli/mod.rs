@@ -33,11 +33,11 @@ use crate::scene::{Dimming, LoadOptions, Scene};
 #[command(version, about, max_term_width = help::WIDEST, disable_help_subcommand = true)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: CommandArguments,
 }
 
 #[derive(Subcommand)]
-enum Command {
+enum CommandArguments {
     Render(render::Arguments),
     Plan(plan::Arguments),
     Converge(converge::Arguments),
@@ -53,14 +53,15 @@ enum Command {
     Help(help::Arguments),
 }
 
-/// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves open.
+/// What the command line adds to a scene: where files may lie that it names, and what materials reflect that it leaves
+/// open.
 #[derive(clap::Args)]
 struct Include {
     /// Let the scene name files in this folder, not only in the scene file's own; repeatable.
     #[arg(long = "include", value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Reflectance of materials that neither the scene file nor an MTL file gives one: a number or r,g,b; wins over the scene
-    /// file's [material."*"].
+    /// Reflectance of materials that neither the scene file nor an MTL file gives one: a number or r,g,b; wins over the
+    /// scene file's [material."*"].
     #[arg(long, value_name = "RHO", value_parser = reflectance, allow_negative_numbers = true)]
     reflectance: Option<[f64; 3]>,
 }
@@ -141,19 +142,19 @@ pub fn main() -> ExitCode {
     };
     signals::listen();
     let outcome = match arguments.command {
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Plan(arguments) => plan::run(&arguments),
-        Command::Converge(arguments) => converge::run(&arguments),
-        Command::Trees(arguments) => trees::run(&arguments),
-        Command::Luminaire(arguments) => luminaire::run(&arguments),
-        Command::Merge(arguments) => merge::run(&arguments),
-        Command::Office(arguments) => office::run(&arguments),
-        Command::Batch(arguments) => batch::run(&arguments),
-        Command::Influence(arguments) => influence::run(&arguments),
-        Command::Control(arguments) => control::run(&arguments),
-        Command::Dim(arguments) => dim::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Help(arguments) => help::run(&arguments),
+        CommandArguments::Render(arguments) => render::run(&arguments),
+        CommandArguments::Plan(arguments) => plan::run(&arguments),
+        CommandArguments::Converge(arguments) => converge::run(&arguments),
+        CommandArguments::Trees(arguments) => trees::run(&arguments),
+        CommandArguments::Luminaire(arguments) => luminaire::run(&arguments),
+        CommandArguments::Merge(arguments) => merge::run(&arguments),
+        CommandArguments::Office(arguments) => office::run(&arguments),
+        CommandArguments::Batch(arguments) => batch::run(&arguments),
+        CommandArguments::Influence(arguments) => influence::run(&arguments),
+        CommandArguments::Control(arguments) => control::run(&arguments),
+        CommandArguments::Dim(arguments) => dim::run(&arguments),
+        CommandArguments::Check(arguments) => check::run(&arguments),
+        CommandArguments::Help(arguments) => help::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

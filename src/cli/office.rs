@@ -12,7 +12,8 @@ use crate::text::number;
 
 /// Make up an open-plan office: a large, realistic scene (OBJ, MTL, TOML, .ies), the same bytes for the same options.
 ///
-/// Triangles of a workstation: about 2200 at detail 1, 13 000 at 2, 94 000 at 5, 560 000 at 16; exact numbers are printed.
+/// Triangles of a workstation: about 2200 at detail 1, 13 000 at 2, 94 000 at 5, 560 000 at 16; exact numbers are
+/// printed.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Folder for the scene: office.toml and what it names.
@@ -37,7 +38,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "KIND", default_value = "glass", hide_possible_values = true,
           value_parser = PossibleValuesParser::new(Windows::ALL.map(|(name, _)| name)))]
     windows: String,
-    /// About how many panel luminaires, 1 to 20 for six desks; downlights over the aisles come on top [default: one each].
+    /// About how many panel luminaires, 1 to 20 for six desks; downlights over the aisles come on top [default: one
+    /// each].
     #[arg(long, value_name = "N", value_parser = whole(1..=1_000_000))]
     luminaires: Option<u32>,
     /// Mean illuminance the luminaires' flux is chosen for, lx; sensors ask for 55 % of it, which every desk can have.

@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     include: Include,
     #[command(flatten)]
-    options: RunOptions<Taken>,
+    options: RunOptions<PlanTaker>,
     /// Only this measuring plane or surface; repeatable.
     #[arg(long = "plane", value_name = "NAME")]
     planes: Vec<String>,
@@ -35,9 +35,9 @@ pub(super) struct Arguments {
 }
 
 /// Takes the options of `luxmap plan`.
-struct Taken;
+struct PlanTaker;
 
-impl Taker for Taken {
+impl Taker for PlanTaker {
     const COMMAND: Command = Command::Plan;
 }
 

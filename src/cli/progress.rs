@@ -7,26 +7,26 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::signals::interrupted;
 use crate::progress::Progress;
 
-/// One bar, for the stage in hand.
-pub(super) struct Bar {
+/// One bar, for the current stage.
+pub(super) struct TerminalBar {
     quiet: bool,
     state: Mutex<State>,
 }
 
 struct State {
     bar: ProgressBar,
-    /// What the passes so far came to.
+    /// The error after the passes so far.
     so_far: String,
 }
 
-impl Bar {
+impl TerminalBar {
     /// Nothing to see yet.
     pub(super) fn new(quiet: bool) -> Self {
         Self { quiet, state: Mutex::new(State { bar: ProgressBar::hidden(), so_far: String::new() }) }
     }
 }
 
-impl Bar {
+impl TerminalBar {
     /// Takes it off the terminal, so that something else can be said there.
     pub(super) fn clear(&self) {
         if let Ok(mut state) = self.state.lock() {
@@ -36,7 +36,7 @@ impl Bar {
     }
 }
 
-impl Progress for Bar {
+impl Progress for TerminalBar {
     fn stage(&self, name: &'static str, steps: u64) {
         let Ok(mut state) = self.state.lock() else { return };
         state.bar.finish_and_clear();
@@ -65,7 +65,7 @@ impl Progress for Bar {
     }
 }
 
-impl Drop for Bar {
+impl Drop for TerminalBar {
     fn drop(&mut self) {
         self.clear();
     }

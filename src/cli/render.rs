@@ -12,7 +12,7 @@ use super::complain;
 use super::options::Taker;
 #[cfg(feature = "mpi")]
 use super::options::said;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::signals::end_after_pass;
 use crate::dimming::sure::Known;
 use crate::dimming::{Influence, page};
@@ -28,11 +28,12 @@ use crate::render::{Alone, Team};
 use crate::results::met::{CONFIDENCE, sigmas};
 use crate::scene::{Dimming, Levels};
 
-/// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and HTML.
+/// Compute the illuminance of every measuring plane, sensor and camera image, and write it as EXR, PNG, CSV, JSON and
+/// HTML.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    pub(super) common: Common<Render>,
+    pub(super) common: Common<RenderTaker>,
     /// Keep the state after each pass in this file, and go on from it if it is there.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
@@ -42,21 +43,22 @@ pub(super) struct Arguments {
     /// Write live.html too: a page in which each luminaire is dimmed and the maps follow.
     #[arg(long)]
     live: bool,
-    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 % confidence.
+    /// Exit with code 1 unless every sensor meets its target, and every area what is required of it, with 95 %
+    /// confidence.
     #[arg(long)]
     pub(super) check: bool,
 }
 
 /// Takes the options of `luxmap render`.
-pub(super) struct Render;
+pub(super) struct RenderTaker;
 
-impl Taker for Render {
+impl Taker for RenderTaker {
     const COMMAND: Command = Command::Render;
 }
 
 impl Arguments {
     /// What is asked for.
-    pub(super) fn job<'a>(&self, bar: &'a Bar) -> Result<Job<'a>, Error> {
+    pub(super) fn job<'a>(&self, bar: &'a TerminalBar) -> Result<Job<'a>, Error> {
         let dimming = match &self.dimming {
             Some(path) => Dimming::Levels(Levels::read(path)?),
             None => Dimming::AsWritten,
@@ -92,17 +94,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(Error::Usage(format!("found {found} MPI processes, expected a luxmap built with --features mpi")));
     }
     end_after_pass();
-    let bar = Bar::new(arguments.common.quiet);
+    let bar = TerminalBar::new(arguments.common.quiet);
     if arguments.live {
         return live(arguments, &bar);
     }
     finish(arguments, &prepare(arguments, &bar, true)?, &bar, &Alone)
 }
 
-/// The same, as one of several processes. What ails all is said once.
+/// The same, as one of several processes. An error that all have is printed once.
 #[cfg(feature = "mpi")]
 fn run_in(world: World, arguments: &Arguments) -> Result<Outcome, Error> {
-    let bar = Bar::new(arguments.common.quiet || world.rank() > 0);
+    let bar = TerminalBar::new(arguments.common.quiet || world.rank() > 0);
     let prepared = prepare(arguments, &bar, world.rank() == 0);
     // A launcher ends all processes as soon as one has failed: what there is to say comes before any leaves.
     match (world.first_failure(prepared.is_err()), prepared) {
@@ -131,8 +133,9 @@ struct Prepared<'a> {
     _claim: Option<Claim>,
 }
 
-/// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the folder.
-fn prepare<'a>(arguments: &Arguments, bar: &'a Bar, leads: bool) -> Result<Prepared<'a>, Error> {
+/// Reads the scene and makes the folder, so that what is wrong comes first. The leader of several processes has the
+/// folder.
+fn prepare<'a>(arguments: &Arguments, bar: &'a TerminalBar, leads: bool) -> Result<Prepared<'a>, Error> {
     let planned = arguments.job(bar)?.planned()?;
     let folder = arguments.common.folder("");
     let claim = leads.then(|| Claim::of(&folder)).transpose()?;
@@ -140,7 +143,12 @@ fn prepare<'a>(arguments: &Arguments, bar: &'a Bar, leads: bool) -> Result<Prepa
 }
 
 /// Computes, writes and tells.
-fn finish(arguments: &Arguments, prepared: &Prepared<'_>, bar: &Bar, team: &dyn Team) -> Result<Outcome, Error> {
+fn finish(
+    arguments: &Arguments,
+    prepared: &Prepared<'_>,
+    bar: &TerminalBar,
+    team: &dyn Team,
+) -> Result<Outcome, Error> {
     let results = prepared.planned.shared(team)?;
     bar.clear();
     let Some(results) = results else { return Ok(Outcome::Done) };
@@ -148,8 +156,8 @@ fn finish(arguments: &Arguments, prepared: &Prepared<'_>, bar: &Bar, team: &dyn 
     write(results, &prepared.folder, &common.layers(), common.json, arguments.check)
 }
 
-/// Renders with every luminaire told apart, and writes the page beside what is asked for.
-fn live(arguments: &Arguments, bar: &Bar) -> Result<Outcome, Error> {
+/// Renders with every luminaire as a light group of its own, and writes the page beside what is asked for.
+fn live(arguments: &Arguments, bar: &TerminalBar) -> Result<Outcome, Error> {
     let common = &arguments.common;
     let job = arguments.job(bar)?;
     let groups_asked = job.asks_for_groups();

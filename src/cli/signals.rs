@@ -8,12 +8,13 @@ use crate::files::write::remove_temporaries;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static PATIENT: AtomicBool = AtomicBool::new(false);
 
-/// Whether a signal was heard.
+/// Whether a signal has come.
 pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// From now on the first signal ends the run after the pass in hand, with what it has; the second ends it at once.
+/// From now on the first signal ends the run after the current pass, with the results so far; the second ends it at
+/// once.
 pub(super) fn end_after_pass() {
     PATIENT.store(true, Ordering::Relaxed);
 }

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::builder::PossibleValuesParser;
 
 use super::options::positive;
-use super::progress::Bar;
+use super::progress::TerminalBar;
 use super::render::stem;
 use super::{Include, Outcome, complain, named, print};
 use crate::error::Error;
 use crate::files::Claim;
 use crate::photon_map::Tree;
 use crate::study::trees::report as results;
-use crate::study::trees::{Comparison, Landings, Pools, Set, Settings, Start, TREES, built_in_scene};
+use crate::study::trees::{Comparison, ComparisonSettings, Landings, Pools, Set, Start, TREES, built_in_scene};
 
 /// Compare kd-trees on a scene's photons and on hard cases; writes trees.csv and trees.html.
 ///
@@ -42,7 +42,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TREE,…", value_delimiter = ',', default_value = "kd,kiddo,paper",
           value_parser = PossibleValuesParser::new(TREES.map(Tree::name)), hide_possible_values = true)]
     trees: Vec<String>,
-    /// Where photons lie: scene, uniform, plane, clustered, coincident, half-coincident, collinear, offset [default: all].
+    /// Where photons lie: scene, uniform, plane, clustered, coincident, half-coincident, collinear, offset [default:
+    /// all].
     #[arg(long, value_name = "SET,…", value_delimiter = ',',
           value_parser = PossibleValuesParser::new(Set::ALL.map(|(name, _)| name)), hide_possible_values = true)]
     sets: Vec<String>,
@@ -52,12 +53,12 @@ pub(super) struct Arguments {
     /// Seed of photons and of the points asked at.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Also write photons and points of the first set, with the most photons, as NumPy files: positions to FILE.npy, flux to
-    /// FILE.flux.npy, points to FILE.floor.npy and FILE.random.npy.
+    /// Also write photons and points of the first set, with the most photons, as NumPy files: positions to FILE.npy,
+    /// flux to FILE.flux.npy, points to FILE.floor.npy and FILE.random.npy.
     #[arg(long, value_name = "FILE.npy")]
     dump_photons: Option<PathBuf>,
-    /// Also repeat the paper's Figures 5 to 7: time against pixels, photons and k, doubled from 17280, 30000 and 100; writes
-    /// paper.csv. Takes minutes.
+    /// Also repeat the paper's Figures 5 to 7: time against pixels, photons and k, doubled from 17280, 30000 and 100;
+    /// writes paper.csv. Takes minutes.
     #[arg(long)]
     paper: bool,
     /// No progress on stderr.
@@ -84,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     });
     let _claim = Claim::of(&folder)?;
     let pools = Pools::new(usize::from(arguments.threads.unwrap_or(0)))?;
-    let bar = Bar::new(arguments.quiet);
+    let bar = TerminalBar::new(arguments.quiet);
 
     let stored = settings.photons.iter().copied().max().unwrap_or(0);
     let of_figures = if arguments.paper { Start::PAPER.most_photons() } else { 0 };
@@ -132,14 +133,14 @@ fn check(arguments: &Arguments, real: bool) -> Result<(), Error> {
     }
 }
 
-type Measured = (Vec<crate::study::trees::Case>, Vec<crate::study::trees::Doubling>);
+type Measured = (Vec<crate::study::trees::TreeCase>, Vec<crate::study::trees::Doubling>);
 
 fn compare(
-    settings: &Settings,
+    settings: &ComparisonSettings,
     paper: bool,
     landings: &Landings,
     pools: &Pools,
-    bar: &Bar,
+    bar: &TerminalBar,
 ) -> Result<Measured, crate::study::trees::Disagreement> {
     let mut cases = Vec::new();
     for &set in &settings.sets {
@@ -152,13 +153,13 @@ fn compare(
     Ok((cases, figures))
 }
 
-fn settings(arguments: &Arguments) -> Settings {
+fn settings(arguments: &Arguments) -> ComparisonSettings {
     let sets: Vec<Set> = match arguments.sets.as_slice() {
         [] => Set::ALL.map(|(_, set)| set).to_vec(),
         names => names.iter().filter_map(|name| named(name, Set::ALL)).collect(),
     };
     let trees = arguments.trees.iter().filter_map(|name| named(name, Tree::ALL)).collect();
-    Settings {
+    ComparisonSettings {
         sets: once_each(sets),
         photons: once_each(arguments.photons.iter().map(|&count| count as usize).collect()),
         nearest: once_each(arguments.nearest.iter().map(|&k| k as usize).collect()),

@@ -1,22 +1,22 @@
-//! ANA/RC, the Adaptive Neighbourhood Algorithm using Regression Coefficients of the intelligent lighting system (Miki laboratory,
-//! Doshisha University): a stochastic hill climbing in which each luminaire changes at random, looks what became of power and
-//! of the sensors it has influence on, and takes back what did no good.
+//! ANA/RC, the Adaptive Neighbourhood Algorithm using Regression Coefficients of the intelligent lighting system (Miki
+//! laboratory, Doshisha University): a stochastic hill climbing in which each luminaire changes at random, looks what
+//! became of power and of the sensors it has influence on, and takes back what did no good.
 //!
-//! The ten steps are those of SciTePress 2015, paper 51914: initial intensity; sensors send illuminance and target, the meter
-//! sends power; objective of the current intensity; neighbourhood by influence and illuminance; random next intensity in it;
-//! sensors and meter again; objective of the next; regression; accept if better, else return. One such search operation takes
-//! two of our steps, 2 s by default as there.
+//! The ten steps are those of SciTePress 2015, paper 51914: initial intensity; sensors send illuminance and target, the
+//! meter sends power; objective of the current intensity; neighbourhood by influence and illuminance; random next
+//! intensity in it; sensors and meter again; objective of the next; regression; accept if better, else return. One such
+//! search operation takes two of our steps, 2 s by default as there.
 //!
 //! The objective is as the laboratory's papers are commonly cited; the page with its formula was not readable for us:
-//! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met, else the
-//! squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds relative to the
-//! largest coefficient of a sensor, and lowered where the luminaires above them together could not give it what it asks for;
-//! what lies above target + tolerance counts like what lacks, where the scene gives a tolerance, and a luminaire whose sensors
-//! have more too much than they lack, weighed by coefficients, goes down; that P of a luminaire's decision is what it draws
-//! itself (`power = "meter"`: the whole, as in the source), since the random changes of all others are noise in the whole;
-//! regression on all luminaires at once by recursive least squares with a random walk of the coefficients, since in a
-//! regression on one alone the others are noise too; and that a sensor which falls silent is taken to read what the regression
-//! predicts.
+//! f = P + w Σ g_j over the sensors j whose regression coefficient is large enough, g_j = 0 where the target is met,
+//! else the squared difference in lx². Ours are: every number below (they are parameters of the script); thresholds
+//! relative to the largest coefficient of a sensor, and lowered where the luminaires above them together could not give
+//! it what it asks for; what lies above target + tolerance counts like what lacks, where the scene gives a tolerance,
+//! and a luminaire whose sensors have more too much than they lack, weighed by coefficients, goes down; that P of a
+//! luminaire's decision is what it draws itself (`power = "meter"`: the whole, as in the source), since the random
+//! changes of all others are noise in the whole; regression on all luminaires at once by recursive least squares with a
+//! random walk of the coefficients, since in a regression on one alone the others are noise too; and that a sensor
+//! which falls silent is taken to read what the regression predicts.
 
 use super::{Controller, Installation, Make, Observation};
 use crate::error::InputError;
@@ -29,13 +29,13 @@ pub(super) const KEYS: [&str; 12] =
 
 /// What can be set.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameters {
+pub struct AnaRcParameters {
     /// What a miss of 10 lx costs: so many times the power of a mean luminaire at full output.
     pub weight: f64,
     /// Whether a luminaire weighs the power of all, as the meter has it, instead of its own.
     pub meter: bool,
-    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on; from less
-    /// where those luminaires together would not reach the target.
+    /// A sensor counts in a luminaire's objective from this share of the sensor's largest regression coefficient on;
+    /// from less where those luminaires together would not reach the target.
     pub counts: f64,
     /// A luminaire is strong for a sensor from this share on: others are dimmed as long as the strong suffice.
     pub strong: f64,
@@ -43,7 +43,7 @@ pub struct Parameters {
     pub total: f64,
     /// A sensor this far above its target, lx, has enough; this far below, the weak are to help.
     pub margin: f64,
-    /// Neighbourhood of a luminaire that nobody needs: from … to, shares of full output.
+    /// Neighbourhood of a luminaire that no sensor needs: from … to, shares of full output.
     pub down: [f64; 2],
     /// Of one whose sensors have what they ask for.
     pub both: [f64; 2],
@@ -57,7 +57,7 @@ pub struct Parameters {
     pub drift: f64,
 }
 
-impl Default for Parameters {
+impl Default for AnaRcParameters {
     fn default() -> Self {
         Self {
             weight: 0.33,
@@ -78,7 +78,7 @@ impl Default for Parameters {
 
 /// Reads `[ana-rc]`.
 pub(super) fn read(fields: Option<&Fields<'_>>) -> Result<Make, InputError> {
-    let mut parameters = Parameters::default();
+    let mut parameters = AnaRcParameters::default();
     if let Some(fields) = fields {
         let number = |key: &str, value: &mut f64, expected: &str, accept: fn(f64) -> bool| {
             if let Some(found) = fields.number(key, expected, accept)? {
@@ -115,18 +115,18 @@ pub(super) fn read(fields: Option<&Fields<'_>>) -> Result<Make, InputError> {
 
 /// The algorithm: all luminaires, each of which decides for itself.
 pub struct AnaRc {
-    parameters: Parameters,
+    parameters: AnaRcParameters,
     /// What a lux² of a miss costs, in the unit of power.
     weight: f64,
     regression: Regression,
     /// The last reading of each sensor, and the levels at the time.
     last: Vec<Option<(f64, Vec<f64>)>>,
     /// What was measured at the current levels, while the next are being tried.
-    before: Option<Measured>,
+    before: Option<LevelReadings>,
 }
 
 /// What is known at some levels.
-struct Measured {
+struct LevelReadings {
     levels: Vec<f64>,
     /// Of each sensor: nothing where none has ever come.
     lux: Vec<Option<f64>>,
@@ -138,10 +138,10 @@ struct Measured {
 
 impl AnaRc {
     /// Knows nothing of the room yet.
-    pub fn new(installation: &Installation<'_>, parameters: Parameters) -> Self {
+    pub fn new(installation: &Installation<'_>, parameters: AnaRcParameters) -> Self {
         let count = installation.luminaires().len();
         let full = (0..count).map(|luminaire| installation.power_of(luminaire, 1.0)).sum::<f64>() / count as f64;
-        let Parameters { weight, prior, noise, drift, .. } = parameters;
+        let AnaRcParameters { weight, prior, noise, drift, .. } = parameters;
         let sensors = installation.sensors().len();
         Self {
             weight: weight * full / 100.0,
@@ -157,7 +157,7 @@ impl AnaRc {
         &self.regression.coefficients
     }
 
-    fn measure(&mut self, seen: &Observation<'_>) -> Measured {
+    fn measure(&mut self, seen: &Observation<'_>) -> LevelReadings {
         let mut lux = Vec::with_capacity(seen.sensors.len());
         for (sensor, last) in seen.sensors.iter().zip(&mut self.last) {
             if let Some(reading) = sensor.reading {
@@ -170,11 +170,11 @@ impl AnaRc {
             }));
         }
         let fresh = seen.sensors.iter().map(|sensor| sensor.reading.is_some()).collect();
-        Measured { levels: seen.levels.to_vec(), lux, fresh, power: seen.power, draws: seen.draws.to_vec() }
+        LevelReadings { levels: seen.levels.to_vec(), lux, fresh, power: seen.power, draws: seen.draws.to_vec() }
     }
 
     /// For each luminaire the sensors that ask for something and have it among their [`Self::neighbours`].
-    fn influenced(&self, seen: &Observation<'_>, now: &Measured, share: f64) -> Vec<Vec<usize>> {
+    fn influenced(&self, seen: &Observation<'_>, now: &LevelReadings, share: f64) -> Vec<Vec<usize>> {
         let mut of = vec![Vec::new(); seen.levels.len()];
         for sensor in 0..self.regression.coefficients.len() {
             if let Some(target) = seen.sensors[sensor].target {
@@ -186,10 +186,10 @@ impl AnaRc {
         of
     }
 
-    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full output and
-    /// without the others, would not reach the target, it takes as many more, by their coefficients, as are needed, and all of
-    /// them are strong. All where nothing is known yet.
-    fn neighbours(&self, sensor: usize, target: f64, now: &Measured, share: f64) -> Vec<usize> {
+    /// A sensor's luminaires: those with at least a share of its largest coefficient. Where all that count, at full
+    /// output and without the others, would not reach the target, it takes as many more, by their coefficients, as are
+    /// needed, and all of them are strong. All where nothing is known yet.
+    fn neighbours(&self, sensor: usize, target: f64, now: &LevelReadings, share: f64) -> Vec<usize> {
         let row = &self.regression.coefficients[sensor];
         let mut order: Vec<usize> = (0..row.len()).collect();
         order.sort_by(|&a, &b| row[b].total_cmp(&row[a]).then(a.cmp(&b)));
@@ -213,8 +213,8 @@ impl AnaRc {
     }
 
     /// Random next levels, each in the neighbourhood that its influence and the sensors' state call for.
-    fn next(&self, seen: &Observation<'_>, now: &Measured, stream: &mut Stream) -> Vec<f64> {
-        let Parameters { margin, .. } = self.parameters;
+    fn next(&self, seen: &Observation<'_>, now: &LevelReadings, stream: &mut Stream) -> Vec<f64> {
+        let AnaRcParameters { margin, .. } = self.parameters;
         let counts = self.influenced(seen, now, self.parameters.counts);
         let strong = self.influenced(seen, now, self.parameters.strong);
         // What lacks, lx.
@@ -252,7 +252,7 @@ impl AnaRc {
     }
 
     /// Levels of those that made things better, and of the others as they were.
-    fn decide(&self, seen: &Observation<'_>, before: &Measured, after: &Measured) -> Vec<f64> {
+    fn decide(&self, seen: &Observation<'_>, before: &LevelReadings, after: &LevelReadings) -> Vec<f64> {
         let penalty = |sensor: usize, lux: f64| {
             let target = seen.sensors[sensor].target.unwrap_or(0.0);
             let most = seen.sensors[sensor].tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance);
@@ -297,8 +297,8 @@ impl Controller for AnaRc {
     }
 }
 
-/// ΔE of each sensor as a sum over ΔI of all luminaires, by recursive least squares (a Kalman filter whose coefficients wander
-/// at random). Cost of a step: O(luminaires × (luminaires + sensors)).
+/// ΔE of each sensor as a sum over ΔI of all luminaires, by recursive least squares (a Kalman filter whose coefficients
+/// wander at random). Cost of a step: O(luminaires × (luminaires + sensors)).
 struct Regression {
     coefficients: Vec<Vec<f64>>,
     /// Covariance of the coefficients, the same for all sensors, row by row.

@@ -1,8 +1,9 @@
 //! A room under control, step by step: sensors read, a [`Controller`] dims, workers come and go, things fail.
 //!
-//! The room is the [influence matrix](crate::dimming::Influence): E = R d + daylight. A controller sees what its network would
-//! tell it, readings, targets, what its luminaires are set to and the power meter, and nothing of R or of what has failed. Beside
-//! it runs the optimum: the levels of least power for what is true at the time, found anew after every event.
+//! The room is the [influence matrix](crate::dimming::Influence): E = R d + daylight. A controller sees what its
+//! network would give it, readings, targets, what its luminaires are set to and the power meter, and nothing of R or of
+//! what has failed. Beside it runs the optimum: the levels of least power for what is true at the time, found anew
+//! after every event.
 //!
 //! A new controller is one file here with a type that implements [`Controller`], and one line in `CONTROLLERS`.
 
@@ -13,19 +14,19 @@ mod script;
 mod summary;
 mod uniform;
 
-use crate::dimming::influence::{Dimmable, Place};
+use crate::dimming::influence::{Dimmable, SensorRow};
 use crate::dimming::{Answer, Goal, Influence, solve};
 use crate::error::{Error, InputError};
 use crate::random::{Seed, Stream};
 use crate::scene::fields::Fields;
-pub use ana_rc::{AnaRc, Parameters};
+pub use ana_rc::{AnaRc, AnaRcParameters};
 pub use script::{Act, Event, Script};
 pub use summary::{HOLD, Phase, phases};
 
 /// What decides on levels.
 pub trait Controller {
-    /// The levels that luminaires are to have until the next measurement, one for each, 0 … 1. Values beyond are cut, values
-    /// between off and a luminaire's lowest level go to the nearer of the two.
+    /// The levels that luminaires are to have until the next measurement, one for each, 0 … 1. Values beyond are cut,
+    /// values between off and a luminaire's lowest level go to the nearer of the two.
     fn step(&mut self, seen: &Observation<'_>, stream: &mut Stream) -> Vec<f64>;
 }
 
@@ -66,7 +67,7 @@ impl<'a> Installation<'a> {
     }
 
     /// The sensors, in the order of readings.
-    pub fn sensors(&self) -> &'a [Place] {
+    pub fn sensors(&self) -> &'a [SensorRow] {
         &self.influence.sensors
     }
 
@@ -82,23 +83,23 @@ pub struct Observation<'a> {
     /// Time since the start, s.
     pub time: f64,
     /// One for each sensor.
-    pub sensors: &'a [Seen],
+    pub sensors: &'a [SensorSignal],
     /// What luminaires were told to be at, while this was measured; one that has failed doesn't say so.
     pub levels: &'a [f64],
     /// The power meter, in [`Influence::power_unit`].
     pub power: f64,
     /// What each luminaire says it draws, in the same unit.
     pub draws: &'a [f64],
-    /// Levels of the optimum: what nobody in a real room could know, for the yardstick alone.
+    /// Levels of the optimum: unknown in a real room, only for comparison.
     pub oracle: &'a [f64],
 }
 
 /// What comes from a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct SensorSignal {
     /// E, lx, with noise; nothing from one that is silent.
     pub reading: Option<f64>,
-    /// What the worker there asks for, lx; nothing where nobody sits.
+    /// What the worker there asks for, lx; nothing where nobody is at work.
     pub target: Option<f64>,
     /// How much more is welcome, lx; any where nothing is said.
     pub tolerance: Option<f64>,
@@ -106,7 +107,7 @@ pub struct Seen {
 
 /// A measurement, and what was true at the time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TimeStep {
     /// Time since the start, s.
     pub time: f64,
     /// What is drawn, in [`Influence::power_unit`].
@@ -116,7 +117,7 @@ pub struct Row {
     /// True E of each sensor, lx.
     pub lux: Vec<f64>,
     /// What came from each sensor, and what is asked for there.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<SensorSignal>,
     /// True level of each luminaire.
     pub levels: Vec<f64>,
 }
@@ -125,9 +126,9 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// One for each measurement.
-    pub rows: Vec<Row>,
-    /// Events that came about together: the time, s, in words, and whether all targets can be met from then on. The first is
-    /// the start.
+    pub rows: Vec<TimeStep>,
+    /// Events that came about together: the time, s, in words, and whether all targets can be met from then on. The
+    /// first is the start.
     pub turns: Vec<Turn>,
 }
 
@@ -144,7 +145,7 @@ pub struct Turn {
     pub out_of_reach: Vec<usize>,
 }
 
-/// What ails a sensor.
+/// How a sensor fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     Silent,
@@ -203,8 +204,8 @@ impl Room {
         told.iter().zip(&self.stuck).map(|(&told, stuck)| stuck.unwrap_or(told)).collect()
     }
 
-    /// What all sensors send: numbers are drawn for each of them, whatever ails it.
-    fn seen(&self, lux: &[f64], stream: &mut Stream) -> Vec<Seen> {
+    /// What all sensors send: random numbers are drawn for each of them, failed or not.
+    fn seen(&self, lux: &[f64], stream: &mut Stream) -> Vec<SensorSignal> {
         let see = |(sensor, &lux): (usize, &f64)| {
             let noise = self.noise[sensor] * normal(stream);
             let place = &self.influence.sensors[sensor];
@@ -213,7 +214,7 @@ impl Room {
                 Some(Fault::Silent) => None,
                 Some(Fault::Stuck(lux)) => Some(lux),
             };
-            Seen { reading, target: place.target, tolerance: place.tolerance }
+            SensorSignal { reading, target: place.target, tolerance: place.tolerance }
         };
         lux.iter().enumerate().map(see).collect()
     }
@@ -320,7 +321,7 @@ pub fn simulate_with(
         let power = draws.iter().sum();
         let observation = Observation { time, sensors: &seen, levels: &told, power, draws: &draws, oracle: &best };
         let next = controller.step(&observation, &mut own);
-        series.rows.push(Row { time, power, optimum: best_power, lux, seen, levels });
+        series.rows.push(TimeStep { time, power, optimum: best_power, lux, seen, levels });
         // Where a controller says too little, luminaires stay as they are.
         for ((told, next), luminaire) in told.iter_mut().zip(next).zip(&influence.luminaires) {
             *told = possible(luminaire, next);

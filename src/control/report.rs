@@ -3,14 +3,15 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use maud::{Markup, html};
 use serde::Serialize;
 
-use crate::control::{HOLD, Phase, Row, Script, Series, Turn, phases};
+use crate::control::{HOLD, Phase, Script, Series, TimeStep, Turn, phases};
 use crate::dimming::Influence;
 use crate::error::Error;
 use crate::error::invalid;
 use crate::files;
-use crate::report::html::{document, escape, section, table as html_table};
+use crate::report::html::{document, figure, section, table as html_table};
 use crate::report::make_folder;
 use crate::report::plot::{Axis, Chart};
 use crate::report::table::columns;
@@ -53,9 +54,9 @@ pub fn write(simulation: &Simulation<'_>, folder: &Path) -> Result<Vec<PathBuf>,
     Ok(paths.into())
 }
 
-/// One line for each measurement: time (s), power and the optimum's (W, or lm where power isn't known), then of each sensor
-/// the true E, what it read (empty when silent) and the target (empty where nobody is), lx, then the level of each luminaire,
-/// 0 … 1. Six significant digits.
+/// One line for each measurement: time (s), power and the optimum's (W, or lm where power isn't known), then of each
+/// sensor the true E, what it read (empty when silent) and the target (empty where nobody is), lx, then the level of
+/// each luminaire, 0 … 1. Six significant digits.
 ///
 /// # Errors
 /// Where `out` fails, and where a value isn't finite.
@@ -85,7 +86,7 @@ pub fn write_csv(simulation: &Simulation<'_>, out: &mut impl Write) -> io::Resul
     table.flush()
 }
 
-/// What a phase came to, cell by cell.
+/// The results of a phase, cell by cell.
 fn figures(phase: &Phase, influence: &Influence) -> [String; 9] {
     let what = if phase.what.is_empty() { "start".to_owned() } else { phase.what.join("; ") };
     let settled = phase.settled.map_or_else(|| "never".into(), |seconds| format!("{seconds:.0} s"));
@@ -93,7 +94,7 @@ fn figures(phase: &Phase, influence: &Influence) -> [String; 9] {
     let excess = match phase.excess() {
         _ if !phase.met => "targets missed".into(),
         None => "–".into(),
-        // Less than the optimum draws, no levels can meet the targets themselves with.
+        // No levels that draw less than the optimum meet the targets themselves.
         Some(share) if share < -1e-3 => "within the band".into(),
         Some(share) => format!("{:+.1}", 100.0 * share.max(0.0)),
     };
@@ -142,7 +143,7 @@ pub fn table(simulation: &Simulation<'_>) -> String {
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct ControlJson<'a> {
     luxmap: &'static str,
     scene: &'a str,
     scene_sha256: &'a str,
@@ -187,7 +188,7 @@ pub fn json(simulation: &Simulation<'_>) -> String {
         mean_miss_lx: phase.mean_miss,
         out_of_reach: phase.out_of_reach.iter().map(|&sensor| influence.sensors[sensor].name.clone()).collect(),
     };
-    let summary = Summary {
+    let summary = ControlJson {
         luxmap: env!("CARGO_PKG_VERSION"),
         scene: &influence.scene,
         scene_sha256: &influence.scene_sha256,
@@ -204,43 +205,41 @@ pub fn json(simulation: &Simulation<'_>) -> String {
 /// The simulation as one HTML file that needs nothing else.
 pub fn page(simulation: &Simulation<'_>) -> String {
     let Simulation { influence, script, seed, series } = simulation;
-    let title = escape(&influence.scene);
+    let scene = &influence.scene;
     let heads = head(influence.power_unit()).map(|text| {
         let mut letters = text.chars();
         letters.next().map(|first| first.to_uppercase().chain(letters).collect::<String>()).unwrap_or_default()
     });
     let rows = phases(series, script);
-    let rows = rows.iter().map(|phase| figures(phase, influence).map(|cell| escape(&cell)));
-    let note = format!(
-        "<p>Power and worst misses are of the last third of each phase. Targets count as met from when on every sensor \
-         stays within {} lx of its target for {HOLD} s. The optimum is what least power could be with all that is true at \
-         the time known: the controller sees readings, targets and power alone. Power is not compared where targets are \
-         missed. {}</p>\n",
-        short(script.band),
-        left_out(influence)
-    );
-    let figure = |title: &str, text: &str, chart: String| {
-        format!("<figure>\n<figcaption><b>{}</b> {text}</figcaption>\n{chart}</figure>\n", escape(title))
+    let rows = rows.iter().map(|phase| figures(phase, influence));
+    let phases = html! {
+        (html_table(heads, rows))
+        p {
+            "Power and worst misses are of the last third of each phase. Targets count as met from when on every sensor \
+             stays within " (short(script.band)) " lx of its target for " (HOLD.to_string()) " s. The optimum is what least \
+             power could be with all that is true at the time known: the controller sees readings, targets and power \
+             alone. Power is not compared where targets are missed. " (left_out(influence))
+        }
     };
-    let mut charts = figure("Power.", "Orange: the optimum. Dashed: events.", power_chart(simulation));
-    charts +=
-        &figure("Levels.", "A row for each luminaire; the stronger the colour, the brighter.", levels(simulation));
-    for sensor in (0..influence.sensors.len()).take(MOST_SHOWN) {
-        charts +=
-            &figure(&influence.sensors[sensor].name, "Band: target and tolerance.", lux_chart(simulation, sensor));
-    }
-    let intro = format!(
-        "<p>{}, {} with a measurement every {}, seed {seed}.</p>\n",
-        escape(&script.controller),
-        duration(script.duration),
-        duration(script.step)
-    );
-    let parts = [
-        format!("<header>\n<h1>{title}: light under control</h1>\n{intro}</header>\n"),
-        section("Phases", &(html_table(heads.each_ref().map(String::as_str), rows) + &note)),
-        section("Course", &format!("<div class=\"charts\">\n{charts}</div>\n")),
-    ];
-    document(&format!("{title}, control"), STYLE, &parts.concat())
+    let course = html! {
+        div class="charts" {
+            (figure("Power.", "Orange: the optimum. Dashed: events.", &power_chart(simulation)))
+            (figure("Levels.", "A row for each luminaire; the stronger the colour, the brighter.", &levels(simulation)))
+            @for (number, sensor) in influence.sensors.iter().enumerate().take(MOST_SHOWN) {
+                (figure(&sensor.name, "Band: target and tolerance.", &lux_chart(simulation, number)))
+            }
+        }
+    };
+    let [duration, step] = [script.duration, script.step].map(duration);
+    let main = html! {
+        header {
+            h1 { (scene) ": light under control" }
+            p { (script.controller) ", " (duration) " with a measurement every " (step) ", seed " (seed) "." }
+        }
+        (section("Phases", phases))
+        (section("Course", course))
+    };
+    document(&format!("{scene}, control"), &[STYLE], &main)
 }
 
 /// The axis of time, min.
@@ -257,13 +256,13 @@ fn events(chart: &mut Chart, series: &Series, [low, high]: [f64; 2]) {
 }
 
 /// A curve over time: where there are too many points, least and largest of each stretch.
-fn curve(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
+fn curve(series: &Series, value: impl Fn(&TimeStep) -> f64) -> Vec<[f64; 2]> {
     let stretch = (2 * series.rows.len()).div_ceil(MOST_POINTS).max(1);
-    let point = |row: &Row| [row.time / 60.0, value(row)];
+    let point = |row: &TimeStep| [row.time / 60.0, value(row)];
     if stretch <= 2 {
         return series.rows.iter().map(point).collect();
     }
-    let ends = |rows: &[Row]| {
+    let ends = |rows: &[TimeStep]| {
         let points: Vec<[f64; 2]> = rows.iter().map(point).collect();
         let least = *points.iter().min_by(|a, b| a[1].total_cmp(&b[1])).expect("a stretch has rows");
         let most = *points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("a stretch has rows");
@@ -272,7 +271,7 @@ fn curve(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
     series.rows.chunks(stretch).flat_map(ends).collect()
 }
 
-fn power_chart(simulation: &Simulation<'_>) -> String {
+fn power_chart(simulation: &Simulation<'_>) -> Markup {
     let Simulation { influence, series, .. } = simulation;
     let most = series.rows.iter().map(|row| row.power.max(row.optimum)).fold(0.0, f64::max);
     let high = 1.05 * most;
@@ -284,7 +283,7 @@ fn power_chart(simulation: &Simulation<'_>) -> String {
 }
 
 /// A curve that jumps at turns and is level between.
-fn steps(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
+fn steps(series: &Series, value: impl Fn(&TimeStep) -> f64) -> Vec<[f64; 2]> {
     let ends = series.turns.iter().skip(1).map(|turn| turn.row).chain([series.rows.len()]);
     let level = |(turn, end): (&Turn, usize)| {
         let value = value(&series.rows[turn.row]);
@@ -293,7 +292,7 @@ fn steps(series: &Series, value: impl Fn(&Row) -> f64) -> Vec<[f64; 2]> {
     series.turns.iter().zip(ends).flat_map(level).collect()
 }
 
-fn levels(simulation: &Simulation<'_>) -> String {
+fn levels(simulation: &Simulation<'_>) -> Markup {
     let Simulation { influence, series, .. } = simulation;
     let count = influence.luminaires.len().min(MOST_ROWS);
     let names: Vec<String> = influence.luminaires[..count].iter().map(|lamp| shortened(&lamp.name)).collect();
@@ -340,7 +339,7 @@ fn left_out(influence: &Influence) -> String {
     parts.into_iter().flatten().collect()
 }
 
-fn lux_chart(simulation: &Simulation<'_>, sensor: usize) -> String {
+fn lux_chart(simulation: &Simulation<'_>, sensor: usize) -> Markup {
     let Simulation { series, script, .. } = simulation;
     let targets = series.rows.iter().filter_map(|row| row.seen[sensor].target);
     let most = series.rows.iter().map(|row| row.lux[sensor]).chain(targets).fold(0.0, f64::max);

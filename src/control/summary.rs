@@ -1,6 +1,6 @@
-//! What a simulation comes to, phase by phase.
+//! The results of a simulation, phase by phase.
 
-use super::{Row, Script, Series};
+use super::{Script, Series, TimeStep};
 use crate::results::met::is_within;
 
 /// Targets count as met from when on they are met for so long, s: a luminaire's try may miss one for a moment.
@@ -27,15 +27,16 @@ pub struct Phase {
     pub above: f64,
     /// Worst sensor by its mean over the last third: how far that is below the target, or above target + tolerance, lx.
     pub mean_miss: f64,
-    /// Whether targets are met at the end: they were within the band for [`HOLD`], and their means are over the last third.
+    /// Whether targets are met at the end: they were within the band for [`HOLD`], and their means are over the last
+    /// third.
     pub met: bool,
     /// Sensors whose targets can't be met.
     pub out_of_reach: Vec<usize>,
 }
 
 impl Phase {
-    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing. Where targets are missed it says
-    /// nothing: see `met`.
+    /// Power above the optimum's, as a share of it; nothing where the optimum draws nothing. Where targets are missed
+    /// it says nothing: see `met`.
     pub fn excess(&self) -> Option<f64> {
         (self.optimum > 0.0).then(|| self.power / self.optimum - 1.0)
     }
@@ -47,8 +48,8 @@ pub fn phases(series: &Series, script: &Script) -> Vec<Phase> {
     let phase = |(turn, end): (&super::Turn, usize)| {
         let rows = &series.rows[turn.row..end];
         let tail = &rows[rows.len() - rows.len().div_ceil(3)..];
-        let mean = |value: &dyn Fn(&Row) -> f64| tail.iter().map(value).sum::<f64>() / tail.len() as f64;
-        let most = |value: &dyn Fn(&Row) -> f64| tail.iter().map(value).fold(0.0, f64::max);
+        let mean = |value: &dyn Fn(&TimeStep) -> f64| tail.iter().map(value).sum::<f64>() / tail.len() as f64;
+        let most = |value: &dyn Fn(&TimeStep) -> f64| tail.iter().map(value).fold(0.0, f64::max);
         let mean_miss = |sensor: usize| {
             let seen = &rows[0].seen[sensor];
             let Some(target) = seen.target else { return 0.0 };
@@ -76,13 +77,13 @@ pub fn phases(series: &Series, script: &Script) -> Vec<Phase> {
 }
 
 /// The largest miss of all sensors with a target; at least 0.
-fn worst(row: &Row, miss: impl Fn(f64, f64, Option<f64>) -> f64) -> f64 {
+fn worst(row: &TimeStep, miss: impl Fn(f64, f64, Option<f64>) -> f64) -> f64 {
     let asked = row.lux.iter().zip(&row.seen);
     asked.filter_map(|(lux, seen)| Some(miss(*lux, seen.target?, seen.tolerance))).fold(0.0, f64::max)
 }
 
 /// Whether all targets are met: within the band below, and above within it or the tolerance, where there is one.
-fn met(row: &Row, band: f64) -> bool {
+fn met(row: &TimeStep, band: f64) -> bool {
     row.lux.iter().zip(&row.seen).all(|(lux, seen)| {
         let Some(target) = seen.target else { return true };
         let most = seen.tolerance.map_or(f64::INFINITY, |tolerance| target + tolerance.max(band));
@@ -91,7 +92,7 @@ fn met(row: &Row, band: f64) -> bool {
 }
 
 /// Time from the first row until targets are met for a while.
-fn settled(rows: &[Row], script: &Script) -> Option<f64> {
+fn settled(rows: &[TimeStep], script: &Script) -> Option<f64> {
     let mut since: Option<f64> = None;
     for row in rows {
         if !met(row, script.band) {

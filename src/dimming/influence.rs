@@ -1,5 +1,5 @@
-//! The influence matrix: what each luminaire brings to each sensor. Light adds up, so it is all there is to know of a room for
-//! dimming: E = R d + daylight.
+//! The influence matrix: what each luminaire brings to each sensor. Light adds up, so it is all that one has to know of
+//! a room for dimming: E = R d + daylight.
 
 use std::f64::consts::PI;
 use std::io::{self, Write};
@@ -30,7 +30,7 @@ pub struct Influence {
     /// Columns.
     pub luminaires: Vec<Dimmable>,
     /// Rows.
-    pub sensors: Vec<Place>,
+    pub sensors: Vec<SensorRow>,
     /// E at full output, lx: a row for each sensor.
     pub lux: Vec<Vec<f64>>,
     /// Standard error (1 σ) of each entry, lx. Those of a row are not independent: they share photons and rays.
@@ -47,8 +47,8 @@ pub struct Dimmable {
     pub group: String,
     /// Luminous flux at full output, maintained, lm.
     pub flux: f64,
-    /// Luminous intensity along its aim at full output, cd: what lx/cd refers to. Bodies and meshes: of the side that shines
-    /// most. None where that is 0.
+    /// Luminous intensity along its aim at full output, cd: what lx/cd refers to. Bodies and meshes: of the side that
+    /// shines most. None where that is 0.
     pub candela: Option<f64>,
     /// Level in the scene file, how far it dims, what it draws.
     pub supply: Supply,
@@ -57,7 +57,7 @@ pub struct Dimmable {
 /// A sensor to serve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct SensorRow {
     /// Its name.
     pub name: String,
     /// World position, m.
@@ -72,7 +72,7 @@ pub struct Place {
     pub daylight: f64,
 }
 
-impl Place {
+impl SensorRow {
     /// Least and most E that is welcome there, lx; nothing where none is asked for.
     pub fn band(&self) -> Option<[f64; 2]> {
         let target = self.target?;
@@ -87,8 +87,8 @@ pub fn tell_apart(scene: &mut Scene) -> Vec<String> {
 }
 
 impl Influence {
-    /// What a run has found of a scene whose luminaires are told apart; `groups` are those they were in. Where a luminaire was
-    /// dimmed, what it would bring at full output.
+    /// What a run has found of a scene whose luminaires are told apart; `groups` are those they were in. Where a
+    /// luminaire was dimmed, what it would bring at full output.
     pub fn of(scene: &Scene, groups: Vec<String>, results: &Results) -> Self {
         let count = scene.luminaires.len();
         let dimmable = |(luminaire, group): (&Luminaire, String)| Dimmable {
@@ -98,7 +98,7 @@ impl Influence {
             candela: Some(axial_intensity(luminaire) / luminaire.supply.level).filter(|candela| *candela > 0.0),
             supply: luminaire.supply.clone(),
         };
-        let sensors = scene.sensors.iter().map(|sensor| Place {
+        let sensors = scene.sensors.iter().map(|sensor| SensorRow {
             name: sensor.name.clone(),
             position: (sensor.position + scene.centre).to_array(),
             normal: sensor.normal.to_array(),
@@ -165,7 +165,8 @@ impl Influence {
         (0..self.luminaires.len()).map(|luminaire| self.power_of(luminaire, levels[luminaire])).sum()
     }
 
-    /// Power over level of a luminaire as corners of a curve, from its lowest level above off to full output; off apart.
+    /// Power over level of a luminaire as corners of a curve, from its lowest level above off to full output; off
+    /// apart.
     pub fn curve(&self, luminaire: usize) -> Vec<[f64; 2]> {
         let Dimmable { flux, supply, .. } = &self.luminaires[luminaire];
         match &supply.power {
@@ -221,9 +222,9 @@ impl Influence {
         odd.map(|luminaire| format!("luminaire \"{}\" with levels or powers that can't be", luminaire.name))
     }
 
-    /// Writes `influence.json` with all there is, `influence.npy` (R, lx, rows are sensors), and tables of rows for sensors and
-    /// columns for luminaires: `influence.csv` (lx at full output), `influence-per-cd.csv` (lx/cd), and of each the standard
-    /// errors, `-stderr.csv`. Returns their paths.
+    /// Writes `influence.json` with all there is, `influence.npy` (R, lx, rows are sensors), and tables of rows for
+    /// sensors and columns for luminaires: `influence.csv` (lx at full output), `influence-per-cd.csv` (lx/cd), and of
+    /// each the standard errors, `-stderr.csv`. Returns their paths.
     pub fn write(&self, folder: &Path) -> Result<Vec<std::path::PathBuf>, Error> {
         let per_candela = |table: &[Vec<f64>]| -> Vec<Vec<Option<f64>>> {
             let of = |(lux, luminaire): (&f64, &Dimmable)| luminaire.candela.map(|candela| lux / candela);

@@ -1,5 +1,5 @@
-//! Who lights what, and what to do with it: the influence of every luminaire on every sensor, dimming levels that reach what
-//! workers ask for at least power, and control loops that look for them.
+//! Who lights what, and what to do with it: the influence of every luminaire on every sensor, dimming levels that reach
+//! what workers ask for at least power, and control loops that look for them.
 
 pub mod influence;
 pub mod page;

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::influence::Place;
+use super::influence::SensorRow;
 use super::sure::Known;
 use super::{Answer, Influence};
 use crate::error::Error;
 use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
-use crate::report::live::{Lamp, Map, Page, Sensor};
+use crate::report::live::{LiveLamp, LiveSensor, Map, Page};
 use crate::report::table;
 use crate::results::{GroupMap, IlluminanceMap, Results};
 use crate::scene::Scene;
@@ -31,7 +31,7 @@ pub fn write(
     let matrix = &known.mean;
     // Planes along which sensors move come first: that is where people look.
     let serves = |map: &&IlluminanceMap| {
-        let on = |place: &Place| lies_on(map, place.position.into(), place.normal.into());
+        let on = |place: &SensorRow| lies_on(map, place.position.into(), place.normal.into());
         !matrix.sensors.iter().any(on)
     };
     let mut maps: Vec<&IlluminanceMap> = results.maps.iter().collect();
@@ -56,9 +56,9 @@ pub fn write(
 }
 
 /// A luminaire of this outline, at its level in `optimum` or as it is.
-fn lamp(matrix: &Influence, number: usize, optimum: Option<&Answer>, outline: Vec<[f64; 2]>) -> Lamp {
+fn lamp(matrix: &Influence, number: usize, optimum: Option<&Answer>, outline: Vec<[f64; 2]>) -> LiveLamp {
     let dimmable = &matrix.luminaires[number];
-    Lamp {
+    LiveLamp {
         name: dimmable.name.clone(),
         group: dimmable.group.clone(),
         outline,
@@ -93,11 +93,11 @@ fn plane(matrix: &Influence, map: &IlluminanceMap) -> Map {
 }
 
 /// A sensor, and along which of the maps it may move.
-fn sensor(known: &Known, number: usize, maps: &[&IlluminanceMap]) -> Sensor {
+fn sensor(known: &Known, number: usize, maps: &[&IlluminanceMap]) -> LiveSensor {
     let matrix = &known.mean;
     let place = &matrix.sensors[number];
     let (position, normal) = (DVec3::from(place.position), DVec3::from(place.normal));
-    Sensor {
+    LiveSensor {
         name: place.name.clone(),
         position: place.position,
         plane: maps.iter().position(|map| lies_on(map, position, normal)),

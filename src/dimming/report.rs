@@ -53,7 +53,7 @@ pub fn influence(matrix: &Influence) -> String {
 }
 
 /// Levels, and all there is to say of them.
-pub struct Found<'a> {
+pub struct DimmingResult<'a> {
     /// The matrix, and what renders said of it.
     pub known: &'a Known,
     /// The levels.
@@ -68,7 +68,7 @@ pub struct Found<'a> {
     pub confidence: f64,
 }
 
-impl Found<'_> {
+impl DimmingResult<'_> {
     /// Whether each target is surely met.
     fn all_met(&self) -> bool {
         self.verdicts.iter().flatten().all(|verdict| *verdict == Verdict::Met)
@@ -110,7 +110,7 @@ impl Found<'_> {
 }
 
 /// Levels found, what they reach and what they save.
-pub fn dimming(found: &Found<'_>) -> String {
+pub fn dimming(found: &DimmingResult<'_>) -> String {
     let (matrix, levels) = (&found.known.mean, &found.sure.answer.levels);
     let unit = matrix.power_unit();
     let mut lines =

@@ -1,9 +1,10 @@
 //! Levels that reach every target: at least power, or as exactly as can be.
 //!
-//! Each luminaire is off or between its lowest level and full output, and its power runs in straight pieces over its level. So
-//! the problem is a linear program (quadratic where targets are to be met exactly) but for the gap between off and the lowest
-//! level, and for curves that bend the wrong way. Both are relaxed to the lower convex hull of the curve, solved by Clarabel's
-//! interior points, and what the relaxation got wrong is split: off or on, below or above a corner of the curve.
+//! Each luminaire is off or between its lowest level and full output, and its power runs in straight pieces over its
+//! level. So the problem is a linear program (quadratic where targets are to be met exactly) but for the gap between
+//! off and the lowest level, and for curves that bend the wrong way. Both are relaxed to the lower convex hull of the
+//! curve, solved by Clarabel's interior points, and what the relaxation got wrong is split: off or on, below or above a
+//! corner of the curve.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
@@ -29,8 +30,8 @@ pub struct Answer {
     pub levels: Vec<f64>,
     /// What they draw, in [`Influence::power_unit`].
     pub power: f64,
-    /// No levels that reach the same draw less than this; `power` itself but where the search was cut short, and nothing where
-    /// exactness comes before power.
+    /// No levels that reach the same draw less than this; `power` itself but where the search was cut short, and
+    /// nothing where exactness comes before power.
     pub bound: Option<f64>,
     /// Sensors whose target no levels reach, or not together with the others.
     pub missed: Vec<Missed>,
@@ -75,12 +76,12 @@ pub fn solve(influence: &Influence, goal: Goal) -> Result<Answer, Error> {
             place.target.unwrap_or(0.0),
         )));
     }
-    let mut search = Search::new(influence, &asked, goal);
+    let mut search = LevelSearch::new(influence, &asked, goal);
     if search.run() {
         return Ok(search.answer());
     }
     // Not all can be had: as little as possible is missing.
-    search = Search { elastic: true, ..Search::new(influence, &asked, goal) };
+    search = LevelSearch { elastic: true, ..LevelSearch::new(influence, &asked, goal) };
     search.run();
     let mut answer = search.answer();
     let missed = |&sensor: &usize| {
@@ -95,7 +96,7 @@ pub fn solve(influence: &Influence, goal: Goal) -> Result<Answer, Error> {
 
 /// What a luminaire may do in a part of the search.
 #[derive(Clone, Debug)]
-enum Range {
+enum LevelRange {
     /// Off, or anything from its lowest level on.
     Free,
     /// Off.
@@ -106,13 +107,13 @@ enum Range {
 
 /// A part of all levels there are.
 #[derive(Clone)]
-struct Part {
-    ranges: Vec<Range>,
+struct Branch {
+    ranges: Vec<LevelRange>,
     /// No levels in it cost less.
     bound: f64,
 }
 
-struct Search<'a> {
+struct LevelSearch<'a> {
     influence: &'a Influence,
     asked: &'a [usize],
     goal: Goal,
@@ -128,7 +129,7 @@ struct Search<'a> {
     left: f64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> LevelSearch<'a> {
     fn new(influence: &'a Influence, asked: &'a [usize], goal: Goal) -> Self {
         let count = influence.luminaires.len();
         let curves: Vec<Vec<[f64; 2]>> = (0..count).map(|lamp| influence.curve(lamp)).collect();
@@ -147,7 +148,7 @@ impl<'a> Search<'a> {
     fn run(&mut self) -> bool {
         let count = self.influence.luminaires.len();
         let most = (MOST_WORK / (count * self.asked.len())).clamp(30, 20_000);
-        let mut parts = vec![Part { ranges: vec![Range::Free; count], bound: f64::NEG_INFINITY }];
+        let mut parts = vec![Branch { ranges: vec![LevelRange::Free; count], bound: f64::NEG_INFINITY }];
         for _ in 0..most {
             let Some(part) = parts.pop() else { return self.best.is_some() };
             if self.is_beaten(part.bound) {
@@ -167,7 +168,7 @@ impl<'a> Search<'a> {
                     for range in children.into_iter().rev() {
                         let mut ranges = part.ranges.clone();
                         ranges[lamp] = range;
-                        parts.push(Part { ranges, bound });
+                        parts.push(Branch { ranges, bound });
                     }
                 }
             }
@@ -186,46 +187,46 @@ impl<'a> Search<'a> {
     }
 
     /// How much more a level costs in truth than in the relaxation.
-    fn understated(&self, lamp: usize, range: &Range, level: f64) -> f64 {
+    fn understated(&self, lamp: usize, range: &LevelRange, level: f64) -> f64 {
         let least = self.curves[lamp][0][0];
         let hull = self.hull(lamp, range);
         let relaxed = along(&hull, level);
         match range {
-            Range::Off => 0.0,
-            Range::Free if level <= TINY => 0.0,
+            LevelRange::Off => 0.0,
+            LevelRange::Free if level <= TINY => 0.0,
             // Between off and the lowest level there is nothing.
-            Range::Free if level < least - TINY => {
+            LevelRange::Free if level < least - TINY => {
                 self.weight * (along(&self.curves[lamp], least) - relaxed).abs() + 1e-3
             }
             _ => self.weight * (along(&self.curves[lamp], level) - relaxed).max(0.0),
         }
     }
 
-    fn split(&self, lamp: usize, range: &Range, level: f64) -> Vec<Range> {
+    fn split(&self, lamp: usize, range: &LevelRange, level: f64) -> Vec<LevelRange> {
         let curve = &self.curves[lamp];
         let (least, most) = (curve[0][0], 1.0);
         match range {
-            Range::Free if level < least / 2.0 => vec![Range::Off, Range::Between(least, most)],
-            Range::Free => vec![Range::Between(least, most), Range::Off],
-            Range::Between(low, high) => {
+            LevelRange::Free if level < least / 2.0 => vec![LevelRange::Off, LevelRange::Between(least, most)],
+            LevelRange::Free => vec![LevelRange::Between(least, most), LevelRange::Off],
+            LevelRange::Between(low, high) => {
                 let inner = curve.iter().map(|[at, _]| *at).filter(|at| *at > low + TINY && *at < high - TINY);
                 match inner.min_by(|a, b| (a - level).abs().total_cmp(&(b - level).abs())) {
-                    Some(at) if level < at => vec![Range::Between(*low, at), Range::Between(at, *high)],
-                    Some(at) => vec![Range::Between(at, *high), Range::Between(*low, at)],
+                    Some(at) if level < at => vec![LevelRange::Between(*low, at), LevelRange::Between(at, *high)],
+                    Some(at) => vec![LevelRange::Between(at, *high), LevelRange::Between(*low, at)],
                     None => Vec::new(),
                 }
             }
-            Range::Off => Vec::new(),
+            LevelRange::Off => Vec::new(),
         }
     }
 
     /// Lower convex hull of what a luminaire may draw in a range.
-    fn hull(&self, lamp: usize, range: &Range) -> Vec<[f64; 2]> {
+    fn hull(&self, lamp: usize, range: &LevelRange) -> Vec<[f64; 2]> {
         let curve = &self.curves[lamp];
         let points: Vec<[f64; 2]> = match range {
-            Range::Off => return vec![[0.0, self.off[lamp]]],
-            Range::Free => std::iter::once([0.0, self.off[lamp]]).chain(curve.iter().copied()).collect(),
-            Range::Between(low, high) => {
+            LevelRange::Off => return vec![[0.0, self.off[lamp]]],
+            LevelRange::Free => std::iter::once([0.0, self.off[lamp]]).chain(curve.iter().copied()).collect(),
+            LevelRange::Between(low, high) => {
                 let inner = curve.iter().copied().filter(|[at, _]| *at > low + TINY && *at < high - TINY);
                 let [start, end] = [*low, *high].map(|at| [at, along(curve, at)]);
                 std::iter::once(start).chain(inner).chain([end]).collect()
@@ -248,8 +249,9 @@ impl<'a> Search<'a> {
         hull
     }
 
-    /// Least cost in a part where power follows the hulls, and the levels that have it; nothing where targets can't be met.
-    fn relaxed(&self, ranges: &[Range]) -> Option<(f64, Vec<f64>)> {
+    /// Least cost in a part where power follows the hulls, and the levels that have it; nothing where targets can't be
+    /// met.
+    fn relaxed(&self, ranges: &[LevelRange]) -> Option<(f64, Vec<f64>)> {
         let count = ranges.len();
         let hulls: Vec<Vec<[f64; 2]>> = ranges.iter().enumerate().map(|(lamp, range)| self.hull(lamp, range)).collect();
         let mut program = Program::new(count);

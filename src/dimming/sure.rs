@@ -1,9 +1,9 @@
 //! Levels that reach the targets in spite of what isn't known.
 //!
-//! A row of R is known within its standard errors, independent from luminaire to luminaire. A render with levels d reads R d within
-//! an error of its own: one more equation for each row, by which it is corrected (Kalman's update). Levels are looked for that
-//! reach every target with a margin: z σ for what isn't known of R d, and as much for the noise of a render that checks it. The
-//! margin depends on the levels, so it is found in rounds.
+//! A row of R is known within its standard errors, independent from luminaire to luminaire. A render with levels d
+//! reads R d within an error of its own: one more equation for each row, by which it is corrected (Kalman's update).
+//! Levels are looked for that reach every target with a margin: z σ for what isn't known of R d, and as much for the
+//! noise of a render that checks it. The margin depends on the levels, so it is found in rounds.
 
 use super::Influence;
 use super::solve::{Answer, Goal, Missed, solve};
@@ -13,7 +13,7 @@ use crate::results::met::{self, is_within};
 
 /// Rounds of solving in which margins settle.
 const ROUNDS: usize = 8;
-/// Renders that verify levels, each after the levels were mended by what the one before said.
+/// Renders that verify levels, each after the levels were corrected by the one before.
 const MOST_RENDERS: u64 = 6;
 /// Levels that differ by less are the same.
 const SAME: f64 = 1e-5;
@@ -55,8 +55,8 @@ impl Known {
         (squares(&self.mean.standard_error[sensor]) - taken).max(0.0).sqrt()
     }
 
-    /// Standard error (1 σ) of a sensor in a render with these levels, lx: as in those there were, else as in the run that found
-    /// the matrix.
+    /// Standard error (1 σ) of a sensor in a render with these levels, lx: as in those there were, else as in the run
+    /// that found the matrix.
     fn noise(&self, sensor: usize, levels: &[f64]) -> f64 {
         self.noise[sensor].unwrap_or_else(|| self.error(sensor, levels))
     }
@@ -66,8 +66,9 @@ impl Known {
         self.noise[sensor]
     }
 
-    /// Takes in what a render with these levels reads without daylight: E and standard error of each sensor, lx, where it has a
-    /// value. Where readings contradict the matrix by more than both claim, its errors are taken for so much larger.
+    /// Takes in what a render with these levels reads without daylight: E and standard error of each sensor, lx, where
+    /// it has a value. Where readings contradict the matrix by more than both claim, its errors are taken for so much
+    /// larger.
     pub fn learn(&mut self, levels: &[f64], readings: &[Option<(f64, f64)>]) {
         self.note_noise(levels, readings);
         let square = |(sensor, reading): (usize, &Option<(f64, f64)>)| {
@@ -87,8 +88,8 @@ impl Known {
         }
     }
 
-    /// Standard errors of single renders are uncertain themselves: a sensor's own count as much as, for one render more, what
-    /// all sensors have as a share of their light.
+    /// Standard errors of single renders are uncertain themselves: a sensor's own count as much as, for one render
+    /// more, what all sensors have as a share of their light.
     fn note_noise(&mut self, levels: &[f64], readings: &[Option<(f64, f64)>]) {
         for ((squares, count), reading) in self.squares.iter_mut().zip(readings) {
             if let Some((_, noise)) = reading {
@@ -155,8 +156,8 @@ impl Known {
         asking
     }
 
-    /// What can be said of each sensor's target, at `z` σ; nothing where there is none. Met is one that a further render finds
-    /// reached, by what isn't known and by its own noise together.
+    /// What can be said of each sensor's target, at `z` σ; nothing where there is none. Met is one that a further
+    /// render finds reached, by what isn't known and by its own noise together.
     pub fn verdicts(&self, levels: &[f64], z: f64) -> Vec<Option<Verdict>> {
         let verdict = |sensor: usize| {
             let (lux, error) = (self.mean.illuminance(sensor, levels), self.error(sensor, levels));
@@ -239,9 +240,10 @@ pub struct Readings {
 /// Renders the scene at some levels, with random numbers that belong to the number given.
 pub type Render<'a> = &'a mut dyn FnMut(&[f64], u64) -> Result<Readings, Error>;
 
-/// Renders with the levels and mends them until what is known says that a further render finds every target reached, or nothing
-/// changes any more. `render` gets levels and the number of the render, from 1 on; each is to have random numbers of its own, since
-/// levels may not follow the noise of one. Returns the levels that were rendered last, and how many renders there were.
+/// Renders with the levels and corrects them until what is known says that a further render finds every target reached,
+/// or nothing changes any more. `render` gets levels and the number of the render, from 1 on; each is to have random
+/// numbers of its own, since levels may not follow the noise of one. Returns the levels that were rendered last, and
+/// how many renders there were.
 ///
 /// # Errors
 /// As [`solve`] and `render`.

@@ -1,6 +1,6 @@
 //! Levels, held against renders with them.
 
-use super::influence::Place;
+use super::influence::SensorRow;
 use super::sure::{self, Known, Readings, Sure};
 use super::{Goal, Influence};
 use crate::error::Error;
@@ -34,7 +34,7 @@ pub fn verify(known: &mut Known, goal: Goal, z: f64, sure: Sure, render: Render<
     let mut last = None;
     let mut read = |levels: &[f64], number: u64| {
         let (results, go_on) = render(named(&matrix, levels), number)?;
-        let reading = |place: &Place| {
+        let reading = |place: &SensorRow| {
             let reading = results.sensor(&place.name).filter(|reading| reading.has_value)?;
             Some((reading.illuminance, reading.standard_error))
         };

@@ -15,8 +15,8 @@ use crate::geometry::Mesh;
 /// What Embree reads in place: checked by [`super::check`], and never changed or moved as long as it is shared.
 pub(super) struct Buffers {
     pub(super) mesh: Arc<Mesh>,
-    /// The vertices once more, where those of the mesh end with their allocation: Embree reads vertices 16 bytes at a time,
-    /// so 4 bytes past the last must be readable.
+    /// The vertices once more, where those of the mesh end with their allocation: Embree reads vertices 16 bytes at a
+    /// time, so 4 bytes past the last must be readable.
     vertices: Option<Vec<[f32; 3]>>,
 }
 
@@ -46,15 +46,16 @@ pub(super) fn library() -> Result<&'static Path, Error> {
 
 /// Bytes that Embree holds, as it reports them.
 #[derive(Default)]
-struct Memory {
+struct MemoryCount {
     now: AtomicI64,
     peak: AtomicI64,
 }
 
 /// Called by Embree, from any of its threads, whenever it takes or gives back memory. Never says no.
 extern "C" fn watch_memory(memory: *mut c_void, bytes: isize, _after: bool) -> bool {
-    // SAFETY: `Device::new` registered a pointer to a `Memory` that outlives the device, and only atomics are written.
-    let memory = unsafe { &*memory.cast::<Memory>() };
+    // SAFETY: `Device::new` registered a pointer to a `MemoryCount` that outlives the device, and only atomics are
+    // written.
+    let memory = unsafe { &*memory.cast::<MemoryCount>() };
     let bytes = bytes as i64;
     let now = memory.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
     memory.peak.fetch_max(now, Ordering::Relaxed);
@@ -66,7 +67,7 @@ pub(super) struct Device {
     embree: &'static Embree,
     handle: sys::RTCDevice,
     /// Boxed: Embree keeps its address.
-    memory: Box<Memory>,
+    memory: Box<MemoryCount>,
 }
 
 impl Device {
@@ -81,10 +82,10 @@ impl Device {
         }
         let device = Self { embree, handle, memory: Box::default() };
         device.check_release()?;
-        // SAFETY: the device is valid; the function reads the pointer as the `Memory` it is, which is dropped after the
-        // device is released.
+        // SAFETY: the device is valid; the function reads the pointer as the `MemoryCount` it is, which is dropped
+        // after the device is released.
         unsafe {
-            let memory = ptr::from_ref::<Memory>(&device.memory).cast_mut().cast();
+            let memory = ptr::from_ref::<MemoryCount>(&device.memory).cast_mut().cast();
             (embree.interface.rtcSetDeviceMemoryMonitorFunction)(handle, Some(watch_memory), memory);
         }
         Ok(device)
@@ -149,7 +150,7 @@ pub(super) struct Scene {
 unsafe impl Sync for Scene {}
 // SAFETY: Embree's handles belong to no thread: reference counts are atomic, and any thread may release them.
 unsafe impl Send for Scene {}
-// SAFETY: as for `Scene`; shared, a device is only kept alive and its `Memory` read, which is atomic.
+// SAFETY: as for `Scene`; shared, a device is only kept alive and its `MemoryCount` read, which is atomic.
 unsafe impl Sync for Device {}
 // SAFETY: as for `Scene`.
 unsafe impl Send for Device {}
@@ -172,10 +173,10 @@ impl Scene {
             let (vertex_count, stride) = (vertices.len(), size_of::<[f32; 3]>());
             let (vertices, triangle_count) = (vertices.as_ptr().cast(), triangles.len());
             // SAFETY: both buffers hold as many items as named, 12 bytes each, aligned to 4; behind the last vertex the
-            // same allocation has room for another, so that 16 bytes can be read there (Embree makes nothing of the last
-            // 4). They stay in place and unchanged longer than the scene: nobody can change a `Mesh` that is shared, and
-            // `RayCaster` drops the scene first. Indices were checked. The scene takes its own reference to the geometry;
-            // ours is released.
+            // same allocation has room for another, so that 16 bytes can be read there (Embree makes nothing of the
+            // last 4). They stay in place and unchanged longer than the scene: nobody can change a `Mesh` that is
+            // shared, and `RayCaster` drops the scene first. Indices were checked. The scene takes its own reference to
+            // the geometry; ours is released.
             unsafe {
                 let geometry = (interface.rtcNewGeometry)(device.handle, sys::RTC_GEOMETRY_TYPE_TRIANGLE);
                 device.check("making a geometry")?;

@@ -43,7 +43,7 @@ struct Elf<'a> {
 
 /// A part of the file, and the number of the section that it belongs with.
 #[derive(Clone)]
-struct Section {
+struct FilePart {
     kind: u64,
     place: Range<usize>,
     link: usize,
@@ -53,7 +53,7 @@ impl Elf<'_> {
     fn fit(&mut self) -> Option<usize> {
         let is_elf_64 = self.bytes.get(..6)? == [0x7f, b'E', b'L', b'F', 2, 1];
         let sections = if is_elf_64 { self.sections()? } else { return None };
-        let is_whole = |section: &&Section| self.bytes.get(section.place.clone()).is_some();
+        let is_whole = |section: &&FilePart| self.bytes.get(section.place.clone()).is_some();
         let of_kind = |kind| sections.iter().find(|section| section.kind == kind).filter(is_whole);
         let (symbols, versions, needs) = (of_kind(SYMBOLS)?, of_kind(VERSIONS)?, of_kind(NEEDS)?);
         let names = sections.get(symbols.link)?.place.clone();
@@ -81,7 +81,7 @@ impl Elf<'_> {
         Some(changed)
     }
 
-    fn sections(&self) -> Option<Vec<Section>> {
+    fn sections(&self) -> Option<Vec<FilePart>> {
         let [first, size, count] = [self.get(0x28, 8)?, self.get(0x3a, 2)?, self.get(0x3c, 2)?];
         let section = |i: u64| {
             let header = usize::try_from(first.checked_add(i * size)?).ok()?;
@@ -89,7 +89,7 @@ impl Elf<'_> {
             let [start, length] =
                 [self.get(at(24)?, 8)?, self.get(at(32)?, 8)?].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
             let place = start..start.checked_add(length)?;
-            Some(Section { kind: self.get(at(4)?, 4)?, place, link: self.get(at(40)?, 4)? as usize })
+            Some(FilePart { kind: self.get(at(4)?, 4)?, place, link: self.get(at(40)?, 4)? as usize })
         };
         (0..count).map(section).collect()
     }

@@ -1,6 +1,6 @@
 //! Rays against triangles, by Embree.
 //!
-//! [`RayCaster::build`] checks a mesh, hands it to Embree and commits it. What comes back answers queries and nothing
+//! [`RayCaster::build`] checks a mesh, gives it to Embree and commits it. What comes back answers queries and nothing
 //! else, so what Embree forbids (a query before the commit, a change after it) can't be written.
 //!
 //! A ray that starts on a surface must neither hit that surface again nor slip through it. A [`Hit`] therefore lies on
@@ -52,12 +52,12 @@ use crate::geometry::Mesh;
 use crate::scene::glazing::Curves;
 use crate::scene::{Material, Near};
 
-/// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of `f32`
-/// numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1 in 1000
-/// rays that start near the origin passed through.
+/// Step off a surface, relative to the largest coordinate of the triangle's vertices: 8 to 17 times the spacing of
+/// `f32` numbers there. The hit's own coordinates won't do: on a tilted sheet whose corners lie far from the origin, 1
+/// in 1000 rays that start near the origin passed through.
 pub(crate) const RELATIVE_OFFSET: f32 = 1e-6;
-/// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least. That is
-/// the extent of what is [`Near`]; far triangles have coordinates that are large by themselves.
+/// Near the origin, coordinates say nothing about the scene's size: count them as this part of the extent at least.
+/// That is the extent of what is [`Near`]; far triangles have coordinates that are large by themselves.
 const EXTENT_FLOOR: f32 = 0.01;
 /// Panes that a ray passes; behind more of them next to nothing is left of the light.
 const MOST_PANES: u32 = 256;
@@ -66,8 +66,8 @@ const LARGEST_COORDINATE: f32 = 1e18;
 
 /// Triangles made ready for rays; any number of threads may ask at once.
 ///
-/// Memory: the mesh itself (Embree reads its vertices and indices in place), 32 bytes a triangle of ours, and about 90 of
-/// Embree's.
+/// Memory: the mesh itself (Embree reads its vertices and indices in place), 32 bytes a triangle of ours, and about 90
+/// of Embree's.
 pub struct RayCaster {
     // Dropped in this order: the scene lives on the device, and reads the buffers as long as it lives.
     scene: Scene,
@@ -75,7 +75,7 @@ pub struct RayCaster {
     #[cfg_attr(not(test), expect(dead_code, reason = "Embree reads it"))]
     buffers: Buffers,
     /// One for each triangle.
-    planes: Vec<Plane>,
+    planes: Vec<TrianglePlane>,
     /// What coordinates count as at least, m, when a ray start steps off a surface.
     smallest_coordinate: f32,
     /// The largest of the mesh or, where something is far, of the triangles that come near what is measured, m.
@@ -113,9 +113,9 @@ impl Hit {
 impl RayCaster {
     /// Makes a mesh ready for rays, with `threads` (at least 1) of Embree's own build threads.
     ///
-    /// Embree silently leaves out a triangle whose index or coordinate is bad, and a missing wall only darkens the room;
-    /// so such a mesh is refused here. A mesh without triangles is fine: no ray ever hits it.
-    /// Cost: 3–5 s for 4.5 million triangles on two threads.
+    /// Embree silently leaves out a triangle whose index or coordinate is bad, and a missing wall only darkens the
+    /// room; so such a mesh is refused here. A mesh without triangles is fine: no ray ever hits it. Cost: 3–5 s for 4.5
+    /// million triangles on two threads.
     pub fn build(mesh: &Arc<Mesh>, threads: usize) -> Result<Self, Error> {
         Self::build_near(mesh, &Near::everything(), threads)
     }
@@ -128,7 +128,11 @@ impl RayCaster {
         let scene = Scene::commit(&device, &buffers)?;
         let smallest = EXTENT_FLOOR * extent(mesh, near);
         let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
-            Plane::through(triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])), smallest, material)
+            TrianglePlane::through(
+                triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize])),
+                smallest,
+                material,
+            )
         });
         let planes = planes.collect();
         let largest_coordinate = largest_coordinate(mesh, near);
@@ -181,9 +185,10 @@ impl RayCaster {
         query.tfar == f32::NEG_INFINITY // Embree's sign for "something was hit"
     }
 
-    /// Share of light of each channel (linear Rec. 709) that passes straight from `origin` (m) to the point `max_distance` (m)
-    /// away along the unit vector `direction`: 0 where something opaque is in between, 1 where nothing is. Cost: that of
-    /// [`is_occluded`](Self::is_occluded), and behind panes a [`closest_hit`](Self::closest_hit) each.
+    /// Share of light of each channel (linear Rec. 709) that passes straight from `origin` (m) to the point
+    /// `max_distance` (m) away along the unit vector `direction`: 0 where something opaque is in between, 1 where
+    /// nothing is. Cost: that of [`is_occluded`](Self::is_occluded), and behind panes a
+    /// [`closest_hit`](Self::closest_hit) each.
     #[inline]
     pub fn transmittance(&self, origin: Vec3, direction: Vec3, max_distance: f32) -> [f32; 3] {
         if !self.is_occluded(origin, direction, max_distance) {
@@ -215,8 +220,9 @@ impl RayCaster {
         (None, [0.0; 3])
     }
 
-    /// A point (m) of a surface, moved off it along its unit `normal` as [`Hit::leave`] would. `largest_coordinate` (m) is
-    /// that of the surface's corners and of the other end of the ray: either's rounding can put the surface in the way.
+    /// A point (m) of a surface, moved off it along its unit `normal` as [`Hit::leave`] would. `largest_coordinate` (m)
+    /// is that of the surface's corners and of the other end of the ray: either's rounding can put the surface in the
+    /// way.
     #[inline]
     pub fn step_off(&self, point: Vec3, normal: Vec3, largest_coordinate: f32) -> Vec3 {
         point + normal * (RELATIVE_OFFSET * largest_coordinate.max(self.smallest_coordinate))
@@ -266,7 +272,7 @@ pub fn library() -> Result<&'static Path, Error> {
 /// What a hit needs to know of its triangle, in half a cache line: fetching index and vertices instead makes rays about
 /// a tenth slower.
 #[repr(align(32))]
-struct Plane {
+struct TrianglePlane {
     /// Unit normal.
     normal: Vec3,
     /// How far off the triangle a ray starts, m.
@@ -276,7 +282,7 @@ struct Plane {
     material: u32,
 }
 
-impl Plane {
+impl TrianglePlane {
     /// The plane of a triangle whose coordinates count as `smallest` (m) at least.
     fn through([a, b, c]: [Vec3; 3], smallest: f32, material: u32) -> Self {
         let size = a.abs().max(b.abs()).max(c.abs()).max_element().max(smallest);

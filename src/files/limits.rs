@@ -1,7 +1,7 @@
 //! What a scene may ask for at most, and which files it may name.
 //!
-//! A scene of a few lines must not fill memory or keep the machine busy for hours before it is refused. Everything else is
-//! bounded by the size of the files.
+//! A scene of a few lines must not fill memory or keep the machine busy for hours before it is refused. Everything else
+//! is bounded by the size of the files.
 //!
 //! | What | At most | Why |
 //! |---|---|---|
@@ -21,10 +21,11 @@
 //! | XML | 2 million elements and texts | a table of a quarter of a degree has as many |
 //! | texture | 256 MiB, 67 million pixels (2²⁶) | small files may promise many; a JPEG takes up to 9 bytes a pixel |
 //!
-//! A file that a scene names is a regular file in the folder of the scene file, or in a folder below it; `..`, links and
-//! absolute paths count by where they lead. Further folders are those the user gives ([`Scene::load_with`],
-//! `--include`). So a scene from elsewhere can't read what nobody pointed to, nor quote it in a message. The same holds for
-//! what the files name in turn: MTL files and textures. A file of tilt factors lies in its photometric file's own folder.
+//! A file that a scene names is a regular file in the folder of the scene file, or in a folder below it; `..`, links
+//! and absolute paths count by where they lead. Further folders are those the user gives ([`Scene::load_with`],
+//! `--include`). So a scene from elsewhere can't read what nobody pointed to, nor quote it in a message. The same holds
+//! for what the files name in turn: MTL files and textures. A file of tilt factors lies in its photometric file's own
+//! folder.
 //!
 //! [`Scene::load_with`]: super::Scene::load_with
 
@@ -53,12 +54,12 @@ pub(crate) const MOST_NODES: u32 = 2_000_000;
 pub(crate) const LARGEST_OBJ: u64 = 16 << 30;
 
 /// The folders whose files a scene may name.
-pub(crate) struct Reach {
+pub(crate) struct AllowedFolders {
     /// Without links and `..`.
     folders: Vec<PathBuf>,
 }
 
-impl Reach {
+impl AllowedFolders {
     /// The scene file's own folder, and those the user gives.
     pub(crate) fn of(scene: &Path, include: &[PathBuf]) -> Self {
         let own = scene.parent().unwrap_or(Path::new(""));

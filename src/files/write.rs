@@ -19,8 +19,9 @@ const RESERVED: [&str; 11] =
 /// Longest file name without its ending, characters.
 const LONGEST: usize = 60;
 
-/// File names (without ending) for things named by a user: letters, digits, `-`, `_`, `.` and spaces stay, anything else
-/// becomes `_`. No name leaves the folder, is hidden, or equals another in any case of letters; a second one gets `-2`.
+/// File names (without ending) for things named by a user: letters, digits, `-`, `_`, `.` and spaces stay, anything
+/// else becomes `_`. No name leaves the folder, is hidden, or equals another in any case of letters; a second one gets
+/// `-2`.
 pub fn stems(names: &[&str]) -> Vec<String> {
     stems_with_cameras(names, &[]).0
 }
@@ -67,15 +68,16 @@ pub(crate) fn write_whole(path: &Path, content: &mut dyn FnMut(&mut Writer) -> i
     attempt().map_err(|source| Error::Write { path: path.to_owned(), source })
 }
 
-/// A folder that one command has for itself, until this is dropped or the process ends in whatever way.
+/// A folder that one command has for itself, until this is dropped or the process ends, in any way.
 #[must_use = "the folder is free as soon as this is dropped"]
 pub struct Claim {
     _locked: Option<File>,
 }
 
 impl Claim {
-    /// Makes `folder` where it's missing, keeps other commands out of it, and checks that files can be made in it, so that a
-    /// long run doesn't end in an error that could have come first. Where the system can't lock folders, nothing does.
+    /// Makes `folder` where it's missing, keeps other commands out of it, and checks that files can be made in it, so
+    /// that a long run doesn't end in an error that could have come first. Where the system can't lock folders, nothing
+    /// does.
     pub fn of(folder: &Path) -> Result<Self, Error> {
         let refused = |source| Error::Write { path: folder.to_owned(), source };
         std::fs::create_dir_all(folder).map_err(refused)?;
@@ -92,22 +94,23 @@ impl Claim {
     }
 }
 
-/// Temporary files under way.
+/// Temporary files that are being written.
 static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn under_way() -> MutexGuard<'static, Vec<PathBuf>> {
     UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all files that are not whole yet: the process ends. What other threads begin from now on they wait for.
+/// Removes all files that are not whole yet: the process ends. Threads that begin another file from now on wait for
+/// ever.
 pub(crate) fn remove_temporaries() {
     let paths = under_way();
     paths.iter().for_each(|path| remove(path));
     std::mem::forget(paths);
 }
 
-/// Writes files that belong together: `write` puts them into a folder of its own inside `folder` and returns their paths;
-/// only when all are whole they get their places in `folder`. On an error none does, and what was there stays.
+/// Writes files that belong together: `write` puts them into a folder of its own inside `folder` and returns their
+/// paths; only when all are whole they get their places in `folder`. On an error none does, and what was there stays.
 pub(crate) fn write_together(
     folder: &Path,
     write: &mut dyn FnMut(&Path) -> Result<Vec<PathBuf>, Error>,
@@ -131,8 +134,8 @@ pub(crate) fn write_together(
     written.into_iter().map(place).collect()
 }
 
-/// Removes what processes that were killed have left in `folder` on their way to a whole file. Where the system doesn't say
-/// which processes live, nothing is removed.
+/// Removes what processes that were killed have left in `folder` on their way to a whole file. Where the system doesn't
+/// say which processes live, nothing is removed.
 fn remove_leftovers(folder: &Path) {
     let processes = Path::new("/proc");
     if !processes.join("self").exists() {
@@ -150,7 +153,7 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Removes a temporary file or folder. What can't be removed is in nobody's way.
+/// Removes a temporary file or folder. One that can't be removed does no harm.
 fn remove(path: &Path) {
     if std::fs::remove_file(path).is_err() {
         let _ = std::fs::remove_dir_all(path);

@@ -1,9 +1,9 @@
 //! Luminous bodies: boxes, cylinders and ellipsoids of any proportions.
 //!
-//! Each is the image of one canonical solid (the cube [−1, 1]³, the cylinder of radius 1 from z = −1 to 1, the unit ball)
-//! stretched along three axes. Stretching keeps what matters here: parallel lines stay parallel and tangents stay tangents,
-//! and all areas seen from one direction change by one factor. So outlines, areas and points are found on the canonical
-//! solid, and luminaires hold no triangles of their own.
+//! Each is the image of one canonical solid (the cube [−1, 1]³, the cylinder of radius 1 from z = −1 to 1, the unit
+//! ball) stretched along three axes. Stretching keeps what matters here: parallel lines stay parallel and tangents stay
+//! tangents, and all areas seen from one direction change by one factor. So outlines, areas and points are found on the
+//! canonical solid, and luminaires hold no triangles of their own.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -42,7 +42,8 @@ const REFINEMENTS: usize = 2;
 /// Edges of an outline: along a half of a curved one, or all around.
 const HALF_ROUND: usize = 16;
 const ALL_ROUND: usize = 32;
-/// Points thrown at a body before any facet that faces the right way will do; each is taken with a chance of 1/6 at least.
+/// Points thrown at a body before any facet that faces the right way will do; each is taken with a chance of 1/6 at
+/// least.
 const MOST_THROWS: usize = 256;
 
 /// The canonical solid in triangles, as the scene's mesh has it.
@@ -257,8 +258,8 @@ impl Body {
         }
     }
 
-    /// Its outline as seen from `eye` (m), relative to it: a cone's corners, convex, counter-clockwise. Curved outlines are
-    /// polygons of the same area. Nothing from inside.
+    /// Its outline as seen from `eye` (m), relative to it: a cone's corners, convex, counter-clockwise. Curved outlines
+    /// are polygons of the same area. Nothing from inside.
     pub(crate) fn outline(&self, eye: DVec3, outline: &mut Vec<DVec3>) {
         outline.clear();
         if self.holds(eye) {
@@ -428,8 +429,8 @@ fn box_outline(eye: DVec3, outline: &mut Vec<DVec3>) {
     }
 }
 
-/// The cylinder's outline from `eye`: of each end that is seen the far rim, of the other the near one; all of the rim where
-/// the side isn't seen.
+/// The cylinder's outline from `eye`: of each end that is seen the far rim, of the other the near one; all of the rim
+/// where the side isn't seen.
 fn cylinder_outline(eye: DVec3, outline: &mut Vec<DVec3>) {
     let distance = eye.x.hypot(eye.y);
     let towards = eye.y.atan2(eye.x);
@@ -451,8 +452,8 @@ fn cylinder_outline(eye: DVec3, outline: &mut Vec<DVec3>) {
     }
 }
 
-/// An arc of the unit circle at height `z` from an angle on, both ends included, in [`HALF_ROUND`] edges. Its ends are on the
-/// circle and the corners between a little outside, so that the area is the sector's.
+/// An arc of the unit circle at height `z` from an angle on, both ends included, in [`HALF_ROUND`] edges. Its ends are
+/// on the circle and the corners between a little outside, so that the area is the sector's.
 fn arc(from: f64, turn: f64, z: f64, outline: &mut Vec<DVec3>) {
     let (edges, step) = (HALF_ROUND as f64, turn.abs() / HALF_ROUND as f64);
     // ½ sin δ ((m − 2) f² + 2 f) = ½ m δ for m edges of δ each.

@@ -7,8 +7,8 @@ use crate::geometry::sin_cos_degrees;
 
 /// Triangles that share vertices.
 ///
-/// [`RayCaster`](crate::embree::RayCaster) shares the mesh and reads all of it in place; only where `vertices` has no room
-/// for one more (its capacity is its length) it needs a copy of them.
+/// [`RayCaster`](crate::embree::RayCaster) shares the mesh and reads all of it in place; only where `vertices` has no
+/// room for one more (its capacity is its length) it needs a copy of them.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Local positions, m.

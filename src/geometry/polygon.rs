@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 
 /// Triangles of a flat polygon as corner numbers, in the polygon's own sense of rotation.
 ///
-/// A triangle stays as it is, a convex polygon becomes a fan, any other loses its ears one after another (Meisters 1975):
-/// corners whose triangle holds no other corner. A polygon that crosses itself has no such end; what is left of it then
-/// becomes a fan. Slightly bent polygons are cut as they look along their mean normal. Cost: O(n) if convex, O(n²)
-/// if not.
+/// A triangle stays as it is, a convex polygon becomes a fan, any other loses its ears one after another (Meisters
+/// 1975): corners whose triangle holds no other corner. A polygon that crosses itself has no such end; what is left of
+/// it then becomes a fan. Slightly bent polygons are cut as they look along their mean normal. Cost: O(n) if convex,
+/// O(n²) if not.
 pub(crate) fn triangles_of(corners: &[DVec3]) -> Vec<[usize; 3]> {
     match corners.len() {
         0..=2 => Vec::new(),
@@ -77,8 +77,8 @@ fn clip_ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Why a corner is no ear between two others: the first corner that its triangle holds. Kept, so that no corner is looked at
-/// twice for one triangle, and even the worst polygon takes time by the square of its corners.
+/// Why a corner is no ear between two others: the first corner that its triangle holds. Kept, so that no corner is
+/// looked at twice for one triangle, and even the worst polygon takes time by the square of its corners.
 #[derive(Clone, Copy)]
 struct Doubt {
     beside: [usize; 2],

@@ -16,10 +16,11 @@ pub(crate) fn normalised(rgb: [f64; 3]) -> [f64; 3] {
 
 /// The colour of a black body of `kelvin`, 1000 … 25000 K.
 ///
-/// CIE 1960 (u, v) by the rational approximation of M. Krystek, "An algorithm to calculate correlated colour temperature",
-/// Color Research & Application 10 (1985), as reprinted in Wikipedia, "Planckian locus", § Approximation. It was made for
-/// 1000 … 15000 K; above, y reads up to 0.0016 too low at 25000 K (against Kim et al.'s cubic there), which no eye sees.
-/// Colours outside of Rec. 709 (below about 1900 K) lose their negative channel before the luminance is set to 1.
+/// CIE 1960 (u, v) by the rational approximation of M. Krystek, "An algorithm to calculate correlated colour
+/// temperature", Color Research & Application 10 (1985), as reprinted in Wikipedia, "Planckian locus", § Approximation.
+/// It was made for 1000 … 15000 K; above, y reads up to 0.0016 too low at 25000 K (against Kim et al.'s cubic there),
+/// which no eye sees. Colours outside of Rec. 709 (below about 1900 K) lose their negative channel before the luminance
+/// is set to 1.
 pub(crate) fn black_body(kelvin: f64) -> [f64; 3] {
     let t = kelvin;
     let u = (0.860_117_757 + 1.541_182_54e-4 * t + 1.286_412_12e-7 * t * t)

@@ -1,24 +1,25 @@
 //! How a luminaire stands in the room: its aim and its C0 plane.
 //!
-//! Looking down, with `rotation = 0`, a luminaire has C0 towards +x and C90 towards +y: seen from above C-planes follow each other
-//! counter-clockwise, as LM-63's horizontal angles of type C and CIE 121's C-planes do. `rotation` turns in the same sense,
-//! from C0 towards C90, whatever the aim.
+//! Looking down, with `rotation = 0`, a luminaire has C0 towards +x and C90 towards +y: seen from above C-planes follow
+//! each other counter-clockwise, as LM-63's horizontal angles of type C and CIE 121's C-planes do. `rotation` turns in
+//! the same sense, from C0 towards C90, whatever the aim.
 
 use glam::DVec3;
 
 use crate::geometry::sin_cos_degrees;
 
-/// The direction of the C0 plane (the first size of a rectangle) for a luminaire that looks along the unit vector `aim`,
-/// turned by `rotation` degrees.
+/// The direction of the C0 plane (the first size of a rectangle) for a luminaire that looks along the unit vector
+/// `aim`, turned by `rotation` degrees.
 ///
-/// Hang the luminaire straight down with C0 towards +x, then tilt it the shortest way until it looks along `aim`: that is
-/// rotation 0. Straight up is the one aim without a shortest way (no frame is continuous everywhere); there C0 is +x
+/// Hang the luminaire straight down with C0 towards +x, then tilt it the shortest way until it looks along `aim`: that
+/// is rotation 0. Straight up is the one aim without a shortest way (no frame is continuous everywhere); there C0 is +x
 /// again, but next to it C0 follows the direction of the tilt.
 ///
-/// Positive rotations follow the right hand about −`aim`: they bring C0 to where C90 was, counter-clockwise for whoever stands
-/// behind the luminaire and looks where it looks. One that looks down so turns counter-clockwise seen from above, as plans in
-/// CAD and lighting programs have it; one that looks up, counter-clockwise seen from below. This sense is the luminaire's
-/// own: it doesn't change while the luminaire is tilted from down over level to up, as "seen from above" would.
+/// Positive rotations follow the right hand about −`aim`: they bring C0 to where C90 was, counter-clockwise for whoever
+/// stands behind the luminaire and looks where it looks. One that looks down so turns counter-clockwise seen from
+/// above, as plans in CAD and lighting programs have it; one that looks up, counter-clockwise seen from below. This
+/// sense is the luminaire's own: it doesn't change while the luminaire is tilted from down over level to up, as "seen
+/// from above" would.
 pub(crate) fn c0_direction(aim: DVec3, rotation: f64) -> DVec3 {
     let down = DVec3::NEG_Z;
     let cosine = 1.0 + aim.dot(down);

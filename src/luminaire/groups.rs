@@ -1,4 +1,4 @@
-//! Light groups: luminaires that results tell apart.
+//! Light groups: luminaires for which results are kept apart.
 
 use std::collections::HashMap;
 
@@ -6,8 +6,8 @@ use super::Luminaire;
 
 /// The light groups of a scene, numbered in the order in which the luminaires name them first.
 ///
-/// Light of all groups lies in rows of numbers, one row for each point: channel by channel within a group, group by group,
-/// filled up to whole vectors.
+/// Light of all groups lies in rows of numbers, one row for each point: channel by channel within a group, group by
+/// group, filled up to whole vectors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightGroups {
     names: Vec<String>,

@@ -17,8 +17,8 @@ pub struct Intensity {
 }
 
 impl Intensity {
-    /// A distribution of `candela`, plane by plane. `planes` are ascending and span less than 360°, `angles` are two or more,
-    /// ascending within 0 … 180°; intensities are finite and not negative. Symmetries are unfolded already.
+    /// A distribution of `candela`, plane by plane. `planes` are ascending and span less than 360°, `angles` are two or
+    /// more, ascending within 0 … 180°; intensities are finite and not negative. Symmetries are unfolded already.
     pub fn new(planes: Vec<f64>, angles: Vec<f64>, candela: Vec<f64>) -> Self {
         debug_assert!(planes.len() * angles.len() == candela.len() && angles.len() > 1);
         Self { planes, angles, candela }

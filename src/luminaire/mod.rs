@@ -41,8 +41,8 @@ pub struct Luminaire {
     pub supply: Supply,
 }
 
-/// The luminous opening, local coordinates, m. Light leaves the front only; where the distribution is measured, it leaves flat
-/// openings on both sides, as it says.
+/// The luminous opening, local coordinates, m. Light leaves the front only; where the distribution is measured, it
+/// leaves flat openings on both sides, as it says.
 #[derive(Clone, Debug)]
 pub enum Opening {
     /// No extent.
@@ -129,19 +129,20 @@ pub enum Distribution {
     Isotropic,
     /// Intensity ∝ cos of the angle from the aim; bodies and meshes are uniformly bright.
     Lambertian,
-    /// As measured. Towards each direction all of the opening that is seen from there has the same luminance: intensity over
-    /// the area seen.
+    /// As measured. Towards each direction all of the opening that is seen from there has the same luminance: intensity
+    /// over the area seen.
     Measured(Measured),
 }
 
 /// The least that a luminaire gets of all photons, as a part of an even share.
 const LEAST_SHARE: f64 = 0.1;
 
-/// The part of all photons, or of all points drawn on luminaires, that each luminaire gets; and what each of them is to be
-/// multiplied by, so that its flux stays its own.
+/// The part of all photons, or of all points drawn on luminaires, that each luminaire gets; and what each of them is to
+/// be multiplied by, so that its flux stays its own.
 ///
-/// Shares are those of the flux, factors 1, where no luminaire has less than a tenth of the mean flux. Else none gets less than
-/// that: who is a thousand million times fainter than another may still be all that shines into its room.
+/// Shares are those of the flux, factors 1, where no luminaire has less than a tenth of the mean flux. Else none gets
+/// less than that: a luminaire that is a thousand million times fainter than another may still be the only one in its
+/// room.
 pub(crate) fn drawn_shares(luminaires: &[Luminaire]) -> Vec<(f64, f64)> {
     let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
     let shares = luminaires.iter().map(|luminaire| luminaire.flux.0 / total);

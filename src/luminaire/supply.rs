@@ -12,7 +12,8 @@ pub struct Supply {
     pub least: f64,
     /// Power when off, W.
     pub off: f64,
-    /// Power over level, W, straight between these points: levels ascend from `least` to 1. None where nobody says.
+    /// Power over level, W, straight between these points: levels ascend from `least` to 1. None where nothing is
+    /// given.
     pub power: Option<Vec<[f64; 2]>>,
 }
 
@@ -23,7 +24,7 @@ impl Default for Supply {
 }
 
 impl Supply {
-    /// Power at a level, W: nothing where nobody says.
+    /// Power at a level, W: nothing where none is given.
     pub fn power_at(&self, level: f64) -> Option<f64> {
         let points = self.power.as_ref()?;
         if level <= 0.0 {

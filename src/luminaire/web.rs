@@ -14,7 +14,8 @@ const WEDGES: usize = 24;
 /// Halvings of an interval after which nothing of it is left in double precision.
 const MOST_STEPS: usize = 64;
 
-/// Luminous intensity per lumen over directions, with sums that let directions be drawn. Luminaires of one file share it.
+/// Luminous intensity per lumen over directions, with sums that let directions be drawn. Luminaires of one file share
+/// it.
 ///
 /// Directions are in the luminaire's frame: x along C0, y along C90, z along the aim (γ = 0).
 /// Memory: two numbers for each intensity of the table.
@@ -25,7 +26,8 @@ pub struct Web {
     intensity: Intensity,
     /// Flux of the table, lm.
     flux: f64,
-    /// For the cells of each wedge between two planes, γ after γ: running sum of their shares of the flux; the last is 1.
+    /// For the cells of each wedge between two planes, γ after γ: running sum of their shares of the flux; the last is
+    /// 1.
     shares: Vec<f64>,
     /// For each step in γ: ∫ (1 − t) sin γ dγ and ∫ t sin γ dγ, t running from 0 to 1 over it.
     hats: Vec<[f64; 2]>,
@@ -77,7 +79,7 @@ impl Web {
         Some(web)
     }
 
-    /// The same with words that tell whence it is, such as a file's name.
+    /// The same with words that say where it is from, such as a file's name.
     pub fn named(self, source: impl Into<String>) -> Self {
         Self { source: source.into(), ..self }
     }
@@ -102,7 +104,8 @@ impl Web {
         self.most
     }
 
-    /// Angle over which intensity may change by as much as its largest value, rad: how fine directions have to be told apart.
+    /// Angle over which intensity may change by as much as its largest value, rad: how fine directions have to be told
+    /// apart.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -116,8 +119,9 @@ impl Web {
         self.intensity.at(c, gamma) / self.flux
     }
 
-    /// A direction of density I/Φ, from three numbers in 0 … 1: the first chooses a cell of the table by its flux, the others
-    /// C and γ in it. Exact: C by the inverse of its (quadratic) sum, γ by Newton's method to rounding. Cost: some 150 ns.
+    /// A direction of density I/Φ, from three numbers in 0 … 1: the first chooses a cell of the table by its flux, the
+    /// others C and γ in it. Exact: C by the inverse of its (quadratic) sum, γ by Newton's method to rounding. Cost:
+    /// some 150 ns.
     pub fn sample(&self, [choice, across, along]: [f64; 3]) -> DVec3 {
         let cell = self.shares.partition_point(|&share| share <= choice).min(self.shares.len() - 1);
         let (plane, step) = (cell / self.hats.len(), cell % self.hats.len());
@@ -143,8 +147,8 @@ impl Web {
         self.peaks.iter().filter(|(cosines, _)| meets(cosines)).map(|(_, peak)| *peak).fold(0.0, f64::max)
     }
 
-    /// Largest intensity of the table's cells that reach to the side of the unit vector `side` (luminaire's frame), cd/lm: 0
-    /// means that no light goes there.
+    /// Largest intensity of the table's cells that reach to the side of the unit vector `side` (luminaire's frame),
+    /// cd/lm: 0 means that no light goes there.
     pub fn most_towards(&self, side: DVec3) -> f64 {
         let mut most = 0.0_f64;
         self.each_cell(|corners| {
@@ -203,8 +207,8 @@ fn on_line(a: f64, b: f64, share: f64) -> f64 {
     if a + root > 0.0 { (share * (a + b) / (a + root)).min(1.0) } else { share }
 }
 
-/// The angle between `a` and `b` (rad) below which the part `share` of ∫ I sin γ dγ lies, I running straight from one of the
-/// `ends` to the other.
+/// The angle between `a` and `b` (rad) below which the part `share` of ∫ I sin γ dγ lies, I running straight from one
+/// of the `ends` to the other.
 fn on_ring(a: f64, b: f64, [from, to]: [f64; 2], share: f64) -> f64 {
     let width = b - a;
     let (sin_a, cos_a) = a.sin_cos();
@@ -244,7 +248,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// A web whose γ = 0 looks along the unit vector `aim` and whose C0 lies as the luminaire's `rotation` (degrees) says.
+    /// A web whose γ = 0 looks along the unit vector `aim` and whose C0 lies as the luminaire's `rotation` (degrees)
+    /// says.
     ///
     /// Hanging straight down with C0 towards +x it has C90 towards +y; `rotation` turns from C0 towards C90.
     pub fn new(web: Arc<Web>, aim: DVec3, rotation: f64) -> Self {
@@ -311,9 +316,9 @@ mod tests {
         ]
     }
 
-    /// χ² of drawn directions over 24 × 36 fields of (C, γ): expected shares by a fine midpoint rule of the bilinear table,
-    /// which knows nothing of the sampler. For n fields the sum is n ± √(2n); 5 σ allowed. Fields of fewer than ten
-    /// expected directions are put together.
+    /// χ² of drawn directions over 24 × 36 fields of (C, γ): expected shares by a fine midpoint rule of the bilinear
+    /// table, which knows nothing of the sampler. For n fields the sum is n ± √(2n); 5 σ allowed. Fields of fewer than
+    /// ten expected directions are put together.
     #[test]
     fn directions_follow_the_table() {
         let (sectors, zones, fine, count) = (24, 36, 40, 400_000);

@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// (cos, sin) of so many full turns, exact at quarters, elsewhere to 10⁻¹⁵: Taylor series within an eighth of a turn of the
-/// nearest quarter.
+/// (cos, sin) of so many full turns, exact at quarters, elsewhere to 10⁻¹⁵: Taylor series within an eighth of a turn of
+/// the nearest quarter.
 pub fn circle(turns: f64) -> [f64; 2] {
     let quarter = (4.0 * turns + 0.5).floor();
     let angle = (4.0 * turns - quarter) * FRAC_PI_2;

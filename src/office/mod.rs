@@ -1,14 +1,15 @@
 //! An open-plan office of any size, made up by rule: large, realistic scenes that anybody can make again, byte by byte.
 //!
-//! [`plan`] says where everything stands, [`furniture`] what it looks like, [`shapes`] how that becomes triangles, [`write`](mod@write)
-//! how those become files. Furniture is made once for all that look alike, so memory grows with the detail, and hardly
-//! with the number of workstations.
+//! [`plan`] says where everything stands, [`furniture`] what it looks like, [`shapes`] how that becomes triangles,
+//! [`write`](mod@write) how those become files. Furniture is made once for all that look alike, so memory grows with
+//! the detail, and hardly with the number of workstations.
 //!
 //! All is computed by + − × ÷ and √, which every machine rounds alike, and from [`Seed`](crate::random::Seed):
 //! the same parameters give the same bytes.
 //!
-//! Triangles: each workstation has about 2200 of them at detail 1, 13 000 at 2, 94 000 at 5 and 560 000 at 16: the finest edges stop
-//! at 1.5 mm, and the keys of keyboards come in at detail 3. [`Office::triangles`] counts them exactly.
+//! Triangles: each workstation has about 2200 of them at detail 1, 13 000 at 2, 94 000 at 5 and 560 000 at 16: the
+//! finest edges stop at 1.5 mm, and the keys of keyboards come in at detail 3. [`Office::triangles`] counts them
+//! exactly.
 
 pub mod exact;
 pub mod furniture;
@@ -113,7 +114,8 @@ impl Parameters {
         within("luminaires", self.luminaires.unwrap_or(1), &(1..=1_000_000))
     }
 
-    /// The detail whose office comes nearest to so many triangles, as a ratio. Cost: making the furniture of some six offices.
+    /// The detail whose office comes nearest to so many triangles, as a ratio. Cost: making the furniture of some six
+    /// offices.
     pub fn with_triangles(mut self, triangles: u64) -> Result<Self, Error> {
         let count = |detail: u32| Ok::<_, Error>(Office::new(Self { detail, ..self.clone() })?.triangles());
         let (mut low, mut high) = (*Self::DETAIL.start(), *Self::DETAIL.end());

@@ -1,14 +1,15 @@
 //! Where everything stands.
 //!
-//! The floor is a grid of modules of 7.2 × 4.8 m. Each holds an island of six desks, three facing three across partitions,
-//! or a meeting table where there are more modules than islands. Panels of 0.6 m hang 2.4 m apart, downlights over the
-//! aisles between the modules, where every other crossing has a column. Both long walls are windows, both short ones have doors.
+//! The floor is a grid of modules of 7.2 × 4.8 m. Each holds an island of six desks, three facing three across
+//! partitions, or a meeting table where there are more modules than islands. Panels of 0.6 m hang 2.4 m apart,
+//! downlights over the aisles between the modules, where every other crossing has a column. Both long walls are
+//! windows, both short ones have doors.
 
 use glam::DVec3;
 
 use super::exact::circle;
-use super::furniture::{self, Item, Material};
-use super::shapes::{BoxGrid, Detail, Face};
+use super::furniture::{self, Finish, Item};
+use super::shapes::{BoxFace, BoxGrid, Detail};
 use super::{Parameters, Windows};
 use crate::error::Error;
 use crate::random::{Seed, Stream};
@@ -30,24 +31,24 @@ const FROM_WALL: f64 = 0.3;
 /// Most sensors.
 const MOST_SENSORS: u32 = 48;
 
-/// What desks ask for, in the mean illuminance at 0.75 m. Of some twenty offices of 1 to 300 workstations, of all heights, windows
-/// and numbers of luminaires, rendered at full output, the darkest desk of the worst had 0.61: one that stands between columns and
-/// cupboards, or far from the next of few panels.
+/// What desks ask for, in the mean illuminance at 0.75 m. Of some twenty offices of 1 to 300 workstations, of all
+/// heights, windows and numbers of luminaires, rendered at full output, the darkest desk of the worst had 0.61: one
+/// that stands between columns and cupboards, or far from the next of few panels.
 const ASKED: f64 = 0.55;
 
 /// Luminous flux of a downlight in that of a panel.
 const DOWNLIGHT_SHARE: f64 = 0.5;
 
-/// Illuminance at 0.75 m over luminous flux per floor area, for a room index k = L·W/(h·(L + W)), h being the height of the
-/// openings over that plane: fitted to six offices that this command made and luxmap rendered, 6 to 216 workstations under
-/// ceilings of 2.8 and 4 m, k = 0.9 … 9.2. Those are met within 2 %.
+/// Illuminance at 0.75 m over luminous flux per floor area, for a room index k = L·W/(h·(L + W)), h being the height of
+/// the openings over that plane: fitted to six offices that this command made and luxmap rendered, 6 to 216
+/// workstations under ceilings of 2.8 and 4 m, k = 0.9 … 9.2. Those are met within 2 %.
 fn utilisation(room_index: f64) -> f64 {
     room_index / (0.96 * room_index + 0.98)
 }
 
 /// Items of one kind that look alike are made once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum ItemKind {
     Desk,
     Partition,
     Chair,
@@ -70,32 +71,32 @@ enum Kind {
 }
 
 /// Every kind; its place here is its item's number.
-const KINDS: [Kind; 22] = [
-    Kind::Desk,
-    Kind::Partition,
-    Kind::Chair,
-    Kind::FlatMonitor,
-    Kind::CurvedMonitor,
-    Kind::Keyboard,
-    Kind::Mouse,
-    Kind::Pedestal,
-    Kind::Lamp,
-    Kind::DeskPlant,
-    Kind::FloorPlant,
-    Kind::Books(2),
-    Kind::Books(3),
-    Kind::Books(4),
-    Kind::Books(5),
-    Kind::Cup,
-    Kind::Table,
-    Kind::Cupboard,
-    Kind::Column,
-    Kind::Door,
-    Kind::Panel,
-    Kind::Downlight,
+const KINDS: [ItemKind; 22] = [
+    ItemKind::Desk,
+    ItemKind::Partition,
+    ItemKind::Chair,
+    ItemKind::FlatMonitor,
+    ItemKind::CurvedMonitor,
+    ItemKind::Keyboard,
+    ItemKind::Mouse,
+    ItemKind::Pedestal,
+    ItemKind::Lamp,
+    ItemKind::DeskPlant,
+    ItemKind::FloorPlant,
+    ItemKind::Books(2),
+    ItemKind::Books(3),
+    ItemKind::Books(4),
+    ItemKind::Books(5),
+    ItemKind::Cup,
+    ItemKind::Table,
+    ItemKind::Cupboard,
+    ItemKind::Column,
+    ItemKind::Door,
+    ItemKind::Panel,
+    ItemKind::Downlight,
 ];
 
-impl Kind {
+impl ItemKind {
     fn item(self, height: f64, detail: Detail) -> Item {
         match self {
             Self::Desk => furniture::desk(detail),
@@ -145,14 +146,14 @@ impl Kind {
 
 /// A place on the floor or above, and a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct Pose {
     /// Of the item's origin, m.
     pub origin: DVec3,
     /// (cos, sin) of the turn about the upright.
     pub turn: [f64; 2],
 }
 
-impl Place {
+impl Pose {
     fn new(x: f64, y: f64, z: f64, turns: f64) -> Self {
         Self { origin: DVec3::new(x, y, z), turn: circle(turns) }
     }
@@ -173,7 +174,7 @@ impl Place {
 
 /// Luminaires in a row, equally far apart.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct LuminaireRow {
     /// Name, and light group.
     pub name: String,
     /// Whether they are downlights, else panels.
@@ -190,7 +191,7 @@ pub struct Row {
 
 /// A sensor on a desk.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sensor {
+pub struct DeskSensor {
     /// `desk r.c`, row and column counted from the origin.
     pub name: String,
     /// At 0.75 m, 20 mm above the desk, m.
@@ -238,8 +239,8 @@ impl Office {
 
     /// Calls `take` with every item that stands in the room, its name, and where it stands. The building is not among
     /// them: it is where it is.
-    pub fn furnish(&self, mut take: impl FnMut(&str, &Item, Place)) {
-        let mut put = |kind: Kind, [row, column]: [u32; 2], place: Place| {
+    pub fn furnish(&self, mut take: impl FnMut(&str, &Item, Pose)) {
+        let mut put = |kind: ItemKind, [row, column]: [u32; 2], place: Pose| {
             if let Some(number) = KINDS.iter().position(|known| *known == kind) {
                 take(&format!("{}_{row}_{column}", kind.name()), &self.items[number], place);
             }
@@ -249,12 +250,12 @@ impl Office {
         }
         self.furnish_building(&mut put);
         for row in self.rows() {
-            let kind = if row.downlights { Kind::Downlight } else { Kind::Panel };
+            let kind = if row.downlights { ItemKind::Downlight } else { ItemKind::Panel };
             for (j, i) in (0..row.count[1]).flat_map(|j| (0..row.count[0]).map(move |i| (j, i))) {
                 let [x, y] = [f64::from(i) * row.pitch[0], f64::from(j) * row.pitch[1]];
                 // Rows are told apart by their number, which ends their name.
                 let number = row.name.rsplit(' ').next().and_then(|number| number.parse().ok()).unwrap_or(0);
-                put(kind, [number, i + j + 1], Place::new(row.first.x + x, row.first.y + y, self.size.z, 0.0));
+                put(kind, [number, i + j + 1], Pose::new(row.first.x + x, row.first.y + y, self.size.z, 0.0));
             }
         }
     }
@@ -272,7 +273,7 @@ impl Office {
     }
 
     /// A workstation's desk, its row and column; `None` from the last one on.
-    fn desk(&self, number: u32) -> Option<(Place, [u32; 2])> {
+    fn desk(&self, number: u32) -> Option<(Pose, [u32; 2])> {
         (number < self.parameters.workstations).then(|| {
             let (module, slot) = (number / 6, number % 6);
             let [i, j] = [module % self.modules[0], module / self.modules[0]];
@@ -280,7 +281,7 @@ impl Office {
             let middle = self.middle(module);
             let x = middle.x + (f64::from(along) - 1.0) * DESK_PITCH;
             let (y, turns) = if side == 0 { (-DESK_MIDDLE, 0.0) } else { (DESK_MIDDLE, 0.5) };
-            (Place::new(x, middle.y + y, 0.0, turns), [2 * j + side + 1, 3 * i + along + 1])
+            (Pose::new(x, middle.y + y, 0.0, turns), [2 * j + side + 1, 3 * i + along + 1])
         })
     }
 
@@ -295,44 +296,44 @@ impl Office {
         Random(Seed(self.parameters.seed).branch(purpose).stream(u64::from(index)))
     }
 
-    fn furnish_module(&self, module: u32, put: &mut impl FnMut(Kind, [u32; 2], Place)) {
+    fn furnish_module(&self, module: u32, put: &mut impl FnMut(ItemKind, [u32; 2], Pose)) {
         let desks = (6 * module..6 * module + 6).filter_map(|number| self.desk(number).map(|desk| (number, desk)));
         for (number, (desk, name)) in desks {
             self.furnish_desk(number, desk, name, put);
             if number % 2 == 0 {
-                put(Kind::Partition, name, desk.on(0.0, DESK_MIDDLE, 0.0, 0.0));
+                put(ItemKind::Partition, name, desk.on(0.0, DESK_MIDDLE, 0.0, 0.0));
             }
         }
         let middle = self.middle(module);
         let mut random = self.random(1, module);
         let name = [module / self.modules[0] + 1, module % self.modules[0] + 1];
         if 6 * module >= self.parameters.workstations {
-            put(Kind::Table, name, Place::new(middle.x, middle.y, 0.0, random.within(0.005)));
+            put(ItemKind::Table, name, Pose::new(middle.x, middle.y, 0.0, random.within(0.005)));
             for chair in 0..6 {
                 let (along, side) = (f64::from(chair / 2) - 1.0, f64::from(chair % 2) - 0.5);
                 let (x, y) = (0.72 * along + random.within(0.04), side * 1.9 + random.within(0.05));
                 let turns = if side < 0.0 { 0.0 } else { 0.5 };
-                let place = Place::new(middle.x + x, middle.y + y, 0.0, turns + random.within(0.06));
-                put(Kind::Chair, [2 * name[0] + chair % 2 - 1, 3 * name[1] + chair / 2 - 2], place);
+                let place = Pose::new(middle.x + x, middle.y + y, 0.0, turns + random.within(0.06));
+                put(ItemKind::Chair, [2 * name[0] + chair % 2 - 1, 3 * name[1] + chair / 2 - 2], place);
             }
         } else if random.happens(0.4) {
             let x = middle.x + if random.happens(0.5) { 3.05 } else { -3.05 };
-            put(Kind::FloorPlant, name, Place::new(x, middle.y + random.within(0.3), 0.0, random.within(0.5)));
+            put(ItemKind::FloorPlant, name, Pose::new(x, middle.y + random.within(0.3), 0.0, random.within(0.5)));
         }
     }
 
     /// A desk and what belongs to it. Its own axes: x to the right of who sits there, y away from them.
-    fn furnish_desk(&self, number: u32, desk: Place, name: [u32; 2], put: &mut impl FnMut(Kind, [u32; 2], Place)) {
+    fn furnish_desk(&self, number: u32, desk: Pose, name: [u32; 2], put: &mut impl FnMut(ItemKind, [u32; 2], Pose)) {
         let mut random = self.random(0, number);
         let random = &mut random;
-        put(Kind::Desk, name, desk);
+        put(ItemKind::Desk, name, desk);
         let chair = desk.on(random.within(0.1), -0.82 + random.within(0.12), 0.0, random.within(0.11));
-        put(Kind::Chair, name, chair);
+        put(ItemKind::Chair, name, chair);
         if random.happens(0.8) {
-            put(Kind::Pedestal, name, desk.on(0.42 + random.within(0.02), -0.02 + random.within(0.02), 0.0, 0.0));
+            put(ItemKind::Pedestal, name, desk.on(0.42 + random.within(0.02), -0.02 + random.within(0.02), 0.0, 0.0));
         }
         let two_monitors = random.happens(0.3);
-        let monitor = if random.happens(0.4) { Kind::CurvedMonitor } else { Kind::FlatMonitor };
+        let monitor = if random.happens(0.4) { ItemKind::CurvedMonitor } else { ItemKind::FlatMonitor };
         if two_monitors {
             for side in [-1.0, 1.0] {
                 let (x, y) = (side * 0.325 + random.within(0.008), 0.16 + random.within(0.01));
@@ -343,21 +344,21 @@ impl Office {
             put(monitor, name, desk.on(x, y, ON_DESK, random.within(0.02)));
         }
         let keyboard = desk.on(-0.04 + random.within(0.03), -0.22 + random.within(0.03), ON_DESK, random.within(0.012));
-        put(Kind::Keyboard, name, keyboard);
+        put(ItemKind::Keyboard, name, keyboard);
         put(
-            Kind::Mouse,
+            ItemKind::Mouse,
             name,
             desk.on(0.29 + random.within(0.02), -0.2 + random.within(0.03), ON_DESK, random.within(0.03)),
         );
         let left = desk.on(-0.66 + random.within(0.02), 0.06 + random.within(0.04), ON_DESK, random.within(0.06));
         match random.below(4) {
-            0 => put(Kind::Lamp, name, left),
-            1 if !two_monitors => put(Kind::DeskPlant, name, left.on(0.04, 0.08, 0.0, random.within(0.5))),
-            2 => put(Kind::Cup, name, desk.on(-0.45 + random.within(0.05), -0.12, ON_DESK, random.within(0.5))),
+            0 => put(ItemKind::Lamp, name, left),
+            1 if !two_monitors => put(ItemKind::DeskPlant, name, left.on(0.04, 0.08, 0.0, random.within(0.5))),
+            2 => put(ItemKind::Cup, name, desk.on(-0.45 + random.within(0.05), -0.12, ON_DESK, random.within(0.5))),
             _ => {}
         }
         if random.happens(0.5) {
-            let books = Kind::Books(2 + random.below(4));
+            let books = ItemKind::Books(2 + random.below(4));
             put(
                 books,
                 name,
@@ -367,10 +368,10 @@ impl Office {
     }
 
     /// Columns at every other crossing of aisles, doors and cupboards along the short walls.
-    fn furnish_building(&self, put: &mut impl FnMut(Kind, [u32; 2], Place)) {
+    fn furnish_building(&self, put: &mut impl FnMut(ItemKind, [u32; 2], Pose)) {
         for (j, i) in (1..self.modules[1]).step_by(2).flat_map(|j| (1..self.modules[0]).map(move |i| (j, i))) {
-            let place = Place::new(f64::from(i) * MODULE[0], f64::from(j) * MODULE[1], 0.0, 0.0);
-            put(Kind::Column, [j, i], place);
+            let place = Pose::new(f64::from(i) * MODULE[0], f64::from(j) * MODULE[1], 0.0, 0.0);
+            put(ItemKind::Column, [j, i], place);
         }
         for (end, x, inwards) in [(1_u32, 0.0, 1.0), (2, self.size.x, -1.0)] {
             // A quarter turn lets −y, where doors and cupboards have their fronts, look into the room.
@@ -379,12 +380,12 @@ impl Office {
                 let mut random = self.random(2 + u64::from(end), j);
                 let y = (f64::from(j) + 0.5) * MODULE[1];
                 if j % 4 == 0 {
-                    put(Kind::Door, [end, j + 1], Place::new(x, y, 0.0, turns));
+                    put(ItemKind::Door, [end, j + 1], Pose::new(x, y, 0.0, turns));
                 }
                 for side in [-1.0, 1.0] {
                     if random.happens(0.5) {
-                        let place = Place::new(x + 0.235 * inwards, y + side * 1.75, 0.0, turns);
-                        put(Kind::Cupboard, [end, 2 * j + if side < 0.0 { 1 } else { 2 }], place);
+                        let place = Pose::new(x + 0.235 * inwards, y + side * 1.75, 0.0, turns);
+                        put(ItemKind::Cupboard, [end, 2 * j + if side < 0.0 { 1 } else { 2 }], place);
                     }
                 }
             }
@@ -392,12 +393,12 @@ impl Office {
     }
 
     /// Panels row by row, then downlights aisle by aisle.
-    pub fn rows(&self) -> Vec<Row> {
+    pub fn rows(&self) -> Vec<LuminaireRow> {
         let [panels, downlights] = self.fluxes();
         let z = self.size.z - furniture::OPENING_DEPTH;
         let count: [u32; 2] = std::array::from_fn(|axis| self.modules[axis] * self.panels[axis]);
         let pitch: [f64; 2] = std::array::from_fn(|axis| MODULE[axis] / f64::from(self.panels[axis]));
-        let panels = (0..count[1]).map(|j| Row {
+        let panels = (0..count[1]).map(|j| LuminaireRow {
             name: format!("row {}", j + 1),
             downlights: false,
             first: DVec3::new(pitch[0] / 2.0, (f64::from(j) + 0.5) * pitch[1], z),
@@ -406,7 +407,7 @@ impl Office {
             flux: panels,
         });
         let along = 2 * self.modules[1];
-        let aisles = (0..=self.modules[0]).map(|i| Row {
+        let aisles = (0..=self.modules[0]).map(|i| LuminaireRow {
             name: format!("aisle {}", i + 1),
             downlights: true,
             first: DVec3::new((f64::from(i) * MODULE[0]).clamp(FROM_WALL, self.size.x - FROM_WALL), 1.2, z),
@@ -435,11 +436,11 @@ impl Office {
     }
 
     /// Sensors on the desks, on some of them in a large office.
-    pub fn sensors(&self) -> Vec<Sensor> {
+    pub fn sensors(&self) -> Vec<DeskSensor> {
         let desks = self.parameters.workstations;
         let sensors = desks.min(MOST_SENSORS);
         let chosen = (0..sensors).map(|sensor| (u64::from(sensor) * u64::from(desks) / u64::from(sensors)) as u32);
-        let sensor = |(desk, [row, column]): (Place, [u32; 2])| Sensor {
+        let sensor = |(desk, [row, column]): (Pose, [u32; 2])| DeskSensor {
             name: format!("desk {row}.{column}"),
             position: desk.at(DVec3::new(0.45, -0.25, 0.75)),
         };
@@ -506,7 +507,7 @@ fn building(modules: [u32; 2], height: f64, windows: Windows) -> Item {
     grid.points(|[i, j, k]| item.vertices.push(DVec3::new(xs[i], ys[j], zs[k])));
     let mut faces: [Vec<[u32; 4]>; 4] = Default::default();
     let [floor, ceiling, walls, panes] = &mut faces;
-    grid.quads(|Face { axis, high }, [a, b], [p, q, r, s]| {
+    grid.quads(|BoxFace { axis, high }, [a, b], [p, q, r, s]| {
         let seen_from_inside = [p, s, r, q];
         match (axis, high) {
             (2, false) => floor.push(seen_from_inside),
@@ -527,7 +528,7 @@ fn building(modules: [u32; 2], height: f64, windows: Windows) -> Item {
             _ => walls.push(seen_from_inside),
         }
     });
-    let materials = [Material::Floor, Material::Ceiling, Material::Wall, Material::Glass];
+    let materials = [Finish::Floor, Finish::Ceiling, Finish::Wall, Finish::Glass];
     for (material, faces) in materials.into_iter().zip(&faces).filter(|(_, faces)| !faces.is_empty()) {
         item.add(material, |sink| faces.iter().for_each(|&face| sink.quad(face)));
     }

@@ -1,7 +1,7 @@
 //! Closed shells of triangles: boxes, rounded boxes, turned bodies and tubes, each finer with the detail.
 //!
-//! Every shape tells its vertices and triangles to a [`Sink`]; triangles run counter-clockwise seen from outside. A shape
-//! between bent axes is the straight one told to a [`Bent`] sink.
+//! Every shape tells its vertices and triangles to a [`Sink`]; triangles run counter-clockwise seen from outside. A
+//! shape between bent axes is the straight one told to a [`Bent`] sink.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -22,7 +22,7 @@ pub trait Sink {
     }
 }
 
-/// A sink that moves every vertex before it hands it on. `bend` must keep outside outside, as rotations, shifts and
+/// A sink that moves every vertex before it passes it on. `bend` must keep outside outside, as rotations, shifts and
 /// shears do; those keep the volume too.
 pub struct Bent<'a, F> {
     sink: &'a mut dyn Sink,
@@ -71,7 +71,7 @@ impl Detail {
 
 /// A face of a box: its axis, and whether it is that at the high end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Face {
+pub(super) struct BoxFace {
     pub(super) axis: usize,
     pub(super) high: bool,
 }
@@ -123,9 +123,9 @@ impl BoxGrid {
         number as u32
     }
 
-    /// Calls `take` with every cell of every face: where it is, counted along the next axis and the one after it, and the
-    /// numbers of its corners, counter-clockwise seen from outside.
-    pub(super) fn quads(self, mut take: impl FnMut(Face, [usize; 2], [u32; 4])) {
+    /// Calls `take` with every cell of every face: where it is, counted along the next axis and the one after it, and
+    /// the numbers of its corners, counter-clockwise seen from outside.
+    pub(super) fn quads(self, mut take: impl FnMut(BoxFace, [usize; 2], [u32; 4])) {
         for axis in 0..3 {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             for high in [false, true] {
@@ -139,7 +139,7 @@ impl BoxGrid {
                         };
                         let [p, q] = if high { [(1, 0), (0, 1)] } else { [(0, 1), (1, 0)] };
                         let corners = [corner(0, 0), corner(p.0, p.1), corner(1, 1), corner(q.0, q.1)];
-                        take(Face { axis, high }, [a, b], corners);
+                        take(BoxFace { axis, high }, [a, b], corners);
                     }
                 }
             }
@@ -200,8 +200,8 @@ impl RoundedBox {
     }
 }
 
-/// A body turned about the z axis: `outline` are (radius, z) in m, from the axis (radius 0) below around to the axis above,
-/// with `segments` around.
+/// A body turned about the z axis: `outline` are (radius, z) in m, from the axis (radius 0) below around to the axis
+/// above, with `segments` around.
 pub fn lathe(outline: &[[f64; 2]], segments: usize, sink: &mut dyn Sink) {
     let ring: Vec<[f64; 2]> = (0..segments).map(|step| circle(step as f64 / segments as f64)).collect();
     let [below, rings @ .., above] = outline else { return };
@@ -255,8 +255,8 @@ fn rings_between(bottom: u32, rings: usize, segments: usize, top: u32, sink: &mu
     }
 }
 
-/// Outline for [`lathe`]: the `corners`, (radius, z) in m from the axis below to the axis above, joined by straight lines,
-/// each with `base` segments at detail 1.
+/// Outline for [`lathe`]: the `corners`, (radius, z) in m from the axis below to the axis above, joined by straight
+/// lines, each with `base` segments at detail 1.
 pub fn outline(corners: &[[f64; 2]], base: u32, detail: Detail) -> Vec<[f64; 2]> {
     let mut points = vec![corners[0]];
     for pair in corners.windows(2) {

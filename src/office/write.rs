@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::exact::circle;
-use super::furniture::{self, Item, Material};
-use super::plan::{Office, Place};
+use super::furniture::{self, Finish, Item};
+use super::plan::{Office, Pose};
 use super::{Parameters, Windows};
 use crate::error::Error;
 use crate::files::write::write_whole;
@@ -34,8 +34,8 @@ pub struct Written {
 }
 
 impl Office {
-    /// Writes `office.obj`, `office.mtl`, `downlight.ies` and, last, `office.toml` into `folder`, which is made if it is
-    /// not there. Each file is whole or not there. Memory does not grow with the mesh.
+    /// Writes `office.obj`, `office.mtl`, `downlight.ies` and, last, `office.toml` into `folder`, which is made if it
+    /// is not there. Each file is whole or not there. Memory does not grow with the mesh.
     pub fn write(&self, folder: &Path) -> Result<Written, Error> {
         report::make_folder(folder)?;
         let mut written = Written::default();
@@ -45,7 +45,7 @@ impl Office {
             written.flux += row.flux * f64::from(luminaires);
         }
         write_whole(&folder.join("office.obj"), &mut |out| {
-            let mut lines = Lines::new(out);
+            let mut lines = ObjWriter::new(out);
             self.obj(&mut lines)?;
             lines.flush()?;
             (written.triangles, written.bytes) = (lines.triangles, lines.bytes);
@@ -60,10 +60,10 @@ impl Office {
     }
 
     /// The mesh, item by item: vertices, then faces.
-    fn obj<W: Write>(&self, lines: &mut Lines<W>) -> io::Result<()> {
+    fn obj<W: Write>(&self, lines: &mut ObjWriter<W>) -> io::Result<()> {
         lines.text(&format!("# {}\n", self.made_by()))?;
         lines.text("# Unit: m, z up. Faces counter-clockwise seen from the air.\nmtllib office.mtl\n")?;
-        lines.item("building", &self.building, Place { origin: Default::default(), turn: [1.0, 0.0] })?;
+        lines.item("building", &self.building, Pose { origin: Default::default(), turn: [1.0, 0.0] })?;
         let mut result = Ok(());
         self.furnish(|name, item, place| {
             if result.is_ok() {
@@ -88,7 +88,7 @@ impl Office {
 
     fn mtl(&self) -> String {
         let mut text = format!("# {}\n", self.made_by());
-        for material in Material::ALL {
+        for material in Finish::ALL {
             let (name, reflectance) = self.properties(material);
             let mirror = self.mirror(material);
             let illumination =
@@ -99,16 +99,16 @@ impl Office {
     }
 
     /// A material's name and reflectance in this office.
-    fn properties(&self, material: Material) -> (&'static str, f64) {
+    fn properties(&self, material: Finish) -> (&'static str, f64) {
         match (material, self.parameters.windows) {
-            (Material::Glass, Windows::Matte) => ("glass", 0.1),
+            (Finish::Glass, Windows::Matte) => ("glass", 0.1),
             _ => material.properties(),
         }
     }
 
     /// What a material mirrors.
-    fn mirror(&self, material: Material) -> f64 {
-        if material == Material::Glass && self.parameters.windows == Windows::Glass { 0.08 } else { 0.0 }
+    fn mirror(&self, material: Finish) -> f64 {
+        if material == Finish::Glass && self.parameters.windows == Windows::Glass { 0.08 } else { 0.0 }
     }
 
     /// The scene: mesh, luminaires by rows, measuring planes, sensors.
@@ -126,7 +126,7 @@ impl Office {
             self.triangles(),
         );
         if windows == Windows::Glass {
-            let [reflectance, specular] = [self.properties(Material::Glass).1, self.mirror(Material::Glass)];
+            let [reflectance, specular] = [self.properties(Finish::Glass).1, self.mirror(Finish::Glass)];
             let _ = write!(
                 text,
                 "\n[material.glass]                    # a window at night\nreflectance = {reflectance}\nspecular = {specular}\n"
@@ -173,8 +173,8 @@ impl Office {
         text
     }
 
-    /// A low-glare downlight after LM-63-2002: I(γ) = I₀ cos γ/(1 + (tan γ/tan 45°)⁸), so that past 65° next to nothing is
-    /// left. I₀ gives the flux that the scene asks for.
+    /// A low-glare downlight after LM-63-2002: I(γ) = I₀ cos γ/(1 + (tan γ/tan 45°)⁸), so that past 65° next to nothing
+    /// is left. I₀ gives the flux that the scene asks for.
     fn ies(&self) -> String {
         const STEP: f64 = 2.5;
         let shape = |angle: f64| {
@@ -222,7 +222,7 @@ fn decimals(metres: f64) -> f64 {
 }
 
 /// Lines of an OBJ file, collected into large blocks.
-struct Lines<W> {
+struct ObjWriter<W> {
     out: W,
     block: Vec<u8>,
     vertices: u64,
@@ -234,7 +234,7 @@ struct Lines<W> {
 const BLOCK: usize = 1 << 18;
 const LONGEST: usize = 128;
 
-impl<W: Write> Lines<W> {
+impl<W: Write> ObjWriter<W> {
     fn new(out: W) -> Self {
         Self { out, block: Vec::with_capacity(BLOCK + LONGEST), vertices: 0, triangles: 0, bytes: 0 }
     }
@@ -258,7 +258,7 @@ impl<W: Write> Lines<W> {
     }
 
     /// An item where it stands: its vertices, then its faces, material by material.
-    fn item(&mut self, name: &str, item: &Item, place: Place) -> io::Result<()> {
+    fn item(&mut self, name: &str, item: &Item, place: Pose) -> io::Result<()> {
         self.text(&format!("o {name}\n"))?;
         for &vertex in &item.vertices {
             self.block.push(b'v');

@@ -1,8 +1,8 @@
 //! Maps too large to be worked on as a whole: band by band, in bounded memory.
 //!
-//! A cell in work takes some hundred bytes, its result a few. So a large measuring plane is cut into bands of rows, each
-//! computed by itself with the same passes and photons, and with some rows of its neighbours around it, since cells help each
-//! other; only results are kept.
+//! A cell in work takes some hundred bytes, its result a few. So a large measuring plane is cut into bands of rows,
+//! each computed by itself with the same passes and photons, and with some rows of its neighbours around it, since
+//! cells help each other; only results are kept.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -22,11 +22,11 @@ use crate::scene::{MeasuringPlane, Scene};
 /// Rows of neighbours on each side.
 const HALO: usize = smooth::REACH;
 
-/// Cells worked on at once where nobody says how much memory there is.
+/// Cells worked on at once where it is not known how much memory there is.
 pub const MOST_CELLS: usize = 1 << 22;
 
 /// Rows of a plane that are computed together.
-struct Band {
+struct RowBand {
     /// Those that are its own.
     rows: [usize; 2],
     /// Those and their neighbours.
@@ -50,7 +50,7 @@ pub(super) fn cells_at_once(plane: &MeasuringPlane, most_cells: usize) -> usize 
 /// Where passes are run until an error is reached, the middle band decides how many; all others have as many.
 ///
 /// # Errors
-/// Where states shall be merged of a plane that is cut.
+/// Where states are to be merged of a plane that is cut.
 pub fn render_in_bands(
     scene: &Scene,
     plan: &Plan,
@@ -102,7 +102,7 @@ pub fn render_in_bands(
 /// Name of the part that is not cut.
 const REST: &str = "rest";
 
-/// Each part's state has a file of its own, whose name tells the plane and its rows: other cuts find none of theirs.
+/// Each part's state has a file of its own, whose name gives the plane and its rows: other cuts find none of theirs.
 fn part_of(checkpoint: &Path, part: &str) -> PathBuf {
     let mut name = OsString::from(checkpoint);
     name.push(format!("-{part}"));
@@ -173,9 +173,9 @@ impl Work<'_> {
     ) -> Result<Option<IlluminanceMap>, Error> {
         let [columns, rows] = plane.cells;
         let own = band_rows(plane, most_cells).unwrap_or(rows);
-        let bands: Vec<Band> = (0..rows)
+        let bands: Vec<RowBand> = (0..rows)
             .step_by(own)
-            .map(|first| Band {
+            .map(|first| RowBand {
                 rows: [first, (first + own).min(rows)],
                 around: [first.saturating_sub(HALO), (first + own + HALO).min(rows)],
             })
@@ -187,7 +187,7 @@ impl Work<'_> {
         }
         let mut found: Vec<Option<IlluminanceMap>> = bands.iter().map(|_| None).collect();
         for index in std::iter::once(middle).chain((0..bands.len()).filter(|&index| index != middle)) {
-            let Band { around: [low, high], .. } = bands[index];
+            let RowBand { around: [low, high], .. } = bands[index];
             let share = |row: usize| row as f64 / rows as f64;
             let band = MeasuringPlane {
                 corner: plane.corner + plane.across * share(low),

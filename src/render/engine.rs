@@ -96,8 +96,9 @@ fn watched<'a, const C: usize>(run: &Rendering<'a, C>, places: &[Place<C>], cast
     places.iter().enumerate().map(of).collect()
 }
 
-/// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal where
-/// they see nothing. What is far counts as near: a glimpse of ground 10 km off must not make the patches of the room coarse.
+/// Mean distance of what the points of all receivers, and those that cameras see, look at, m; the scene's diagonal
+/// where they see nothing. What is far counts as near: a glimpse of ground 10 km off must not make the patches of the
+/// room coarse.
 fn mean_sight<const C: usize>(
     run: &Rendering<'_, C>,
     places: &[Place<C>],

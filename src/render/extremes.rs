@@ -1,14 +1,14 @@
 //! E_min and E_max: the cells that decide them are read once more, by rays that had no part in choosing them.
 //!
-//! The least of many cells that each err a little reads low, and so does U₀ with it. So, when the passes are over, the darkest
-//! cells of every plane, area and surface send further rays: many cells few rays, few cells many. They go on as paths, as
-//! method `path` has them: no bias, whatever the photons say, and their scatter tells all of their error.
-//! The last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing to
-//! do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
+//! The least of many cells that each err a little reads low, and so does U₀ with it. So, when the passes are over, the
+//! darkest cells of every plane, area and surface send further rays: many cells few rays, few cells many. They go on as
+//! paths, as method `path` has them: no bias, whatever the photons say, and their scatter is all of their error. The
+//! last rays come in two halves, of which each reads the cell that the other one chose: what a reading errs has nothing
+//! to do with why the cell was taken, and its scatter is its standard error. The same for the brightest.
 //!
-//! Where paths hardly find the light (by mirrors, opal covers, small openings) they would read low and not know it. So they are
-//! tried first on cells all over the place: if what they find there scatters much, or contradicts the map, the extremes are
-//! the map's own, with the standard errors of their cells.
+//! Where paths hardly find the light (by mirrors, opal covers, small openings) they would read low and not know it. So
+//! they are tried first on cells all over the place: if what they find there scatters much, or contradicts the map, the
+//! extremes are the map's own, with the standard errors of their cells.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -49,27 +49,27 @@ const LAST_RAYS: u64 = 1024;
 /// Standard error that a reading is to have, as a part of it: the map's own claim, within these bounds.
 const AIM: [f64; 2] = [0.002, 0.02];
 
-/// Cells all over a place, and rays of each, by which it is tried whether these rays know its light at all; the most that their
-/// mean may scatter, and differ from the map's beside that, as parts of it.
+/// Cells all over a place, and rays of each, by which it is tried whether these rays know its light at all; the most
+/// that their mean may scatter, and differ from the map's beside that, as parts of it.
 const TRIED: usize = 32;
 const TRIED_RAYS: u64 = 64;
 const MOST_SCATTER: f64 = 0.05;
 const MOST_OFF: f64 = 0.02;
 
-/// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard error:
-/// where light is even, half of all cells do.
+/// Cells that read beyond an extreme are set to it where that changes the mean by less than this part of its standard
+/// error: where light is even, half of all cells do.
 const UNNOTICED: f64 = 0.2;
 
 /// What further rays found at one point, means of each round.
 #[derive(Clone)]
-struct Found<const C: usize> {
+struct RoundMeans<const C: usize> {
     /// Light that has bounced, but for [`Place::rest`].
     bounced: [[f64; C]; ROUNDS],
     /// That of faint luminaires.
     faint: [[f64; C]; ROUNDS],
 }
 
-impl<const C: usize> Found<C> {
+impl<const C: usize> RoundMeans<C> {
     /// Photometric mean of the rounds from `first` on, every `step`.
     fn mean(&self, first: usize, step: usize) -> f64 {
         let rounds = (first..ROUNDS).step_by(step);
@@ -127,7 +127,7 @@ impl End {
 type Asked = (u64, usize, u64);
 
 /// Sends further rays from the points of one place.
-struct Reader<'a, const C: usize> {
+struct FurtherRays<'a, const C: usize> {
     sight: &'a Sight<'a, C>,
     place: &'a Place<C>,
     seed: Seed,
@@ -136,11 +136,11 @@ struct Reader<'a, const C: usize> {
     cast: AtomicU64,
 }
 
-/// What a race for one end of some cells came to.
-struct Outcome<const C: usize> {
+/// The result of a race for one end of some cells.
+struct RaceResult<const C: usize> {
     reading: Reading,
     /// Points read last, what they read, and its variance as a part of the square of what they read.
-    last: Vec<(usize, Found<C>)>,
+    last: Vec<(usize, RoundMeans<C>)>,
     relative_variance: f64,
 }
 
@@ -165,7 +165,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let seed = Seed(this.settings.seed).branch(PURPOSE_EXTREMES).branch(index as u64);
                 let aim = worst_of(&places[index..=index], Cell::of).clamp(AIM[0], AIM[1]);
                 let place = &places[index];
-                let reader = Reader { sight, place, seed, aim, cast: AtomicU64::new(0) };
+                let reader = FurtherRays { sight, place, seed, aim, cast: AtomicU64::new(0) };
                 let (ends, again) = if parts.first().is_some_and(|all| reader.knows(all)) {
                     reader.parts(&parts)
                 } else {
@@ -195,7 +195,7 @@ impl<const C: usize> Rendering<'_, C> {
 /// What a point is read to be: light that has bounced, but for the rest, and of faint luminaires.
 type Again<const C: usize> = BTreeMap<usize, [Estimate<C>; 2]>;
 
-impl<const C: usize> Reader<'_, C> {
+impl<const C: usize> FurtherRays<'_, C> {
     /// Both ends of every part, and the points that were read for them.
     fn parts(&self, parts: &[Vec<usize>]) -> (Vec<[Reading; 2]>, Again<C>) {
         let (mut known, mut again) = (HashMap::new(), Again::new());
@@ -256,7 +256,7 @@ impl<const C: usize> Reader<'_, C> {
     }
 
     /// The extreme one of some points; `None` where there is no point.
-    fn race(&self, points: &[usize], end: End, known: &mut HashMap<Asked, Found<C>>) -> Option<Outcome<C>> {
+    fn race(&self, points: &[usize], end: End, known: &mut HashMap<Asked, RoundMeans<C>>) -> Option<RaceResult<C>> {
         let mut waiting: Vec<Belief> = points.iter().map(|&point| self.belief(point)).collect();
         end.sort(&mut waiting);
         let darkest = *waiting.first()?;
@@ -288,11 +288,17 @@ impl<const C: usize> Reader<'_, C> {
             Reading { lux: darkest.lux, error: darkest.variance.sqrt() } // no ray has told anything
         };
         let last = last.into_iter().map(|(belief, found)| (belief.point, found)).collect();
-        Some(Outcome { reading, last, relative_variance })
+        Some(RaceResult { reading, last, relative_variance })
     }
 
     /// What each half of the last rays says of the cell that the other half chose.
-    fn crossed(&self, last: &[(Belief, Found<C>)], relative_variance: f64, dropped: &[Belief], end: End) -> Reading {
+    fn crossed(
+        &self,
+        last: &[(Belief, RoundMeans<C>)],
+        relative_variance: f64,
+        dropped: &[Belief],
+        end: End,
+    ) -> Reading {
         let lux = |index: usize, first: usize, step: usize| {
             let (belief, found) = &last[index];
             self.fixed(belief.point).0 + found.mean(first, step)
@@ -325,7 +331,8 @@ impl<const C: usize> Reader<'_, C> {
         Reading { lux: found.lux, error: found.variance.sqrt() }
     }
 
-    /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons contradict rays by.
+    /// The part of a point's light that these rays do not read, lx, and its variance; that holds what photons
+    /// contradict rays by.
     fn fixed(&self, point: usize) -> (f64, f64) {
         let rest = self.place.rest.get(point).copied().unwrap_or(Estimate::DARK);
         let (mut lux, mut variance) = (photometric(rest.value), rest.variance);
@@ -347,15 +354,15 @@ impl<const C: usize> Reader<'_, C> {
         ((relative_variance * (share / self.aim).powi(2)) as u64).max(1).next_power_of_two()
     }
 
-    /// Sends so many rays a round from each point, and learns from them; returns what they found, and its variance as a part
-    /// of its square, pooled.
+    /// Sends so many rays a round from each point, and learns from them; returns what they found, and its variance as a
+    /// part of its square, pooled.
     fn look(
         &self,
         racing: &mut [Belief],
         level: u64,
         rays: u64,
-        known: &mut HashMap<Asked, Found<C>>,
-    ) -> (Vec<Found<C>>, f64) {
+        known: &mut HashMap<Asked, RoundMeans<C>>,
+    ) -> (Vec<RoundMeans<C>>, f64) {
         let fresh: Vec<usize> = racing
             .iter()
             .map(|belief| belief.point)
@@ -364,16 +371,16 @@ impl<const C: usize> Reader<'_, C> {
         let rounds = (0..fresh.len() * ROUNDS).into_par_iter();
         let rounds: Vec<[[f64; C]; 2]> =
             rounds.map(|index| self.from(fresh[index / ROUNDS], level, index % ROUNDS, rays)).collect();
-        let found = rounds
-            .as_chunks::<ROUNDS>()
-            .0
-            .iter()
-            .map(|rounds| Found { bounced: rounds.map(|[bounced, _]| bounced), faint: rounds.map(|[_, faint]| faint) });
-        let found: Vec<Found<C>> = found.collect();
+        let found = rounds.as_chunks::<ROUNDS>().0.iter().map(|rounds| RoundMeans {
+            bounced: rounds.map(|[bounced, _]| bounced),
+            faint: rounds.map(|[_, faint]| faint),
+        });
+        let found: Vec<RoundMeans<C>> = found.collect();
         known.extend(fresh.into_iter().map(|point| (level, point, rays)).zip(found));
-        let found: Vec<Found<C>> = racing.iter().map(|belief| known[&(level, belief.point, rays)].clone()).collect();
+        let found: Vec<RoundMeans<C>> =
+            racing.iter().map(|belief| known[&(level, belief.point, rays)].clone()).collect();
         let squares: f64 = found.iter().map(|found| found.mean(0, 1).powi(2)).sum();
-        let scatter: f64 = found.iter().map(Found::variance).sum();
+        let scatter: f64 = found.iter().map(RoundMeans::variance).sum();
         let relative = if squares > 0.0 { scatter / squares } else { 0.0 };
         if relative > 0.0 {
             for (belief, found) in racing.iter_mut().zip(&found) {
@@ -441,24 +448,24 @@ impl<const C: usize> Place<C> {
             let sampled = self.straight().filter(|part| part.can_sample_again());
             sampled.map(|part| part.straight(point).variance).sum()
         };
-        let told_apart = self.groups.is_some();
+        let grouped = self.groups.is_some();
         let doubt = self.doubt(point);
         let worse = light.variance + faint.variance >= now.variance - rest.variance - doubt + faint_now;
-        if worse || (told_apart && now.value.iter().any(|lux| *lux <= 0.0)) {
+        if worse || (grouped && now.value.iter().any(|lux| *lux <= 0.0)) {
             return;
         }
         let mut whole = rest;
         whole.add(&light);
         whole.variance += doubt;
-        if told_apart {
+        if grouped {
             self.scaled.push((point, std::array::from_fn(|c| whole.value[c] / now.value[c])));
         }
         self.bounced[point] = whole;
         self.parts.iter_mut().for_each(|part| part.replace_straight(point, faint));
     }
 
-    /// Keeps smoothed cells within the extremes, where that does not move the mean by more than `most` (lx): smoothing may
-    /// not undershoot what the darkest cell was read to be.
+    /// Keeps smoothed cells within the extremes, where that does not move the mean by more than `most` (lx): smoothing
+    /// may not undershoot what the darkest cell was read to be.
     fn bound(&mut self, points: &[usize], [low, high]: [f64; 2], most: f64) {
         let lux: Vec<f64> = points.iter().map(|&point| photometric(Cell::of(self, point).value)).collect();
         let raised = lux.iter().map(|lux| (low - lux).max(0.0)).sum::<f64>();

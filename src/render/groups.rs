@@ -1,9 +1,9 @@
 //! Light groups: which of the luminaires brings what, told by the photons and rays of the whole.
 //!
-//! Every estimate here is a sum, with weights, over photons and rays that each know their luminaire. So a group's light is
-//! the same sum over its own part, with the weights chosen for the whole (windows of the smoothing, k of the densities): a
-//! run traces nothing more for its groups, and they add up to the whole. A group's part may read a little below 0 where the
-//! whole does not, since weights of polynomial fits may.
+//! Every estimate here is a sum, with weights, over photons and rays that each know their luminaire. So a group's light
+//! is the same sum over its own part, with the weights chosen for the whole (windows of the smoothing, k of the
+//! densities): a run traces nothing more for its groups, and they add up to the whole. A group's part may read a little
+//! below 0 where the whole does not, since weights of polynomial fits may.
 
 use super::Rendering;
 use super::place::Place;

@@ -11,14 +11,14 @@ use super::{Rendering, Settings};
 use crate::error::{Error, InputError, Location};
 use crate::render::plan::Plan;
 use crate::scene::Scene;
-use crate::state::file::{Kept, Recipe, Words};
+use crate::state::file::{Kept, Recipe, StateHeader};
 use crate::state::tape::Tape;
 use crate::state::{PassRange, file};
 
-/// What a run shall keep, and go on from.
+/// What a run keeps, and goes on from.
 pub struct Keeping<'a> {
-    /// A file that holds the state after each pass. Where it is there already, the run goes on from it, unless it merges
-    /// others.
+    /// A file that holds the state after each pass. Where it is there already, the run goes on from it, unless it
+    /// merges others.
     pub checkpoint: Option<&'a Path>,
     /// States of other runs: they are added up, and no pass is run.
     pub states: &'a [PathBuf],
@@ -65,8 +65,8 @@ pub(super) fn lost(error: io::Error) -> Error {
 }
 
 impl<const C: usize> Rendering<'_, C> {
-    /// Takes over what earlier passes left.
-    pub(super) fn recall(
+    /// Reads the checkpoint, or adds up the states to merge.
+    pub(super) fn restore(
         &mut self,
         places: &mut [Place<C>],
         views: &mut [View<'_, C>],
@@ -81,7 +81,7 @@ impl<const C: usize> Rendering<'_, C> {
             keeping.checkpoint.filter(|path| keeping.team.rank() == 0 && !schedule.closed && path.exists())
         {
             let kept = Kept::open(path)?;
-            let Words { passes, next_check, .. } = &kept.words;
+            let StateHeader { passes, next_check, .. } = &kept.words;
             let PassRange { seed, first, count } = match passes.ranges() {
                 [range] => *range,
                 _ => return Err(refuse(path, format!("passes {passes}"), "passes without a gap")),
@@ -120,7 +120,8 @@ impl<const C: usize> Rendering<'_, C> {
         kept.add_to(&mut |tape| self.exchange(places, views, tape))
     }
 
-    /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose is said.
+    /// Keeps what the passes so far have left. A disk that takes no more does not end the run, but what it would lose
+    /// is said.
     pub(super) fn save(
         &mut self,
         places: &mut [Place<C>],
@@ -129,7 +130,7 @@ impl<const C: usize> Rendering<'_, C> {
         keeping: &Keeping<'_>,
     ) {
         let Some(path) = keeping.checkpoint.filter(|_| keeping.team.rank() == 0) else { return };
-        let words = Words {
+        let words = StateHeader {
             scene: std::path::absolute(&self.scene.file).unwrap_or_else(|_| self.scene.file.clone()),
             recipe: recipe(self.scene, self.plan, self.settings),
             passes: self.done.clone(),
@@ -142,7 +143,7 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Moves all that passes leave behind to or from a checkpoint, another run's state or another process.
+    /// Reads or writes all that passes leave behind: a checkpoint, another run's state, or another process's part.
     pub(super) fn exchange(
         &mut self,
         places: &mut [Place<C>],

@@ -1,8 +1,8 @@
 //! How much memory a run will take, told before it begins.
 //!
-//! Counted from what is kept for each cell, pixel, photon and triangle, and fitted to what runs took on Linux (VmHWM) where a
-//! library's share can't be counted. A test holds it to a fifth; photons of methods that store them are those of the seed
-//! office, where most cross the floor.
+//! Counted from what is kept for each cell, pixel, photon and triangle, and fitted to what runs took on Linux (VmHWM)
+//! where a library's share can't be counted. A test holds it to a fifth; photons of methods that store them are those
+//! of the seed office, where most cross the floor.
 
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
@@ -53,7 +53,7 @@ impl Memory {
 
     /// What a run will take with at most `most_cells` cells of a plane in work.
     pub fn of(scene: &Scene, plan: &Plan, settings: &Settings, most_cells: usize) -> Self {
-        let cell = Cell::of(scene, plan, settings);
+        let cell = CellBytes::of(scene, plan, settings);
         let cut = |cells: &usize, at_once: usize| at_once < *cells;
         let planes: Vec<(usize, usize)> =
             scene.planes.iter().map(|plane| (plane.len(), cells_at_once(plane, most_cells))).collect();
@@ -95,7 +95,7 @@ fn channels(plan: &Plan) -> u64 {
 }
 
 /// Bytes of a cell.
-struct Cell {
+struct CellBytes {
     /// As long as its plane is in work.
     kept: u64,
     /// While its plane is smoothed or written.
@@ -104,7 +104,7 @@ struct Cell {
     result: u64,
 }
 
-impl Cell {
+impl CellBytes {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;
@@ -145,8 +145,8 @@ impl Cell {
     }
 }
 
-/// Fits a run into `budget` GB, where there is one: lowers its photons a pass where they are too many, and returns how many
-/// cells of a plane may be in work at once.
+/// Fits a run into `budget` GB, where there is one: lowers its photons a pass where they are too many, and returns how
+/// many cells of a plane may be in work at once.
 ///
 /// # Errors
 /// Where it does not fit at all.

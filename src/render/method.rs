@@ -49,7 +49,7 @@ pub(super) struct Composition {
     pub(super) counts_sharp: bool,
     /// Whether photons are kept where they land.
     pub(super) landings: bool,
-    /// Whether photons tell the light of surfaces, patch by patch; others are then a witness of what rays find.
+    /// Whether the light of surfaces is found by photons, patch by patch; others then check what rays find.
     pub(super) patches: bool,
     /// Whether rays or cameras ask for caustics where they meet surfaces.
     pub(super) caustic_maps: bool,
@@ -126,7 +126,7 @@ pub(super) struct MadeFrom<'r, 'a, const C: usize> {
     pub(super) caster: &'r RayCaster,
 }
 
-/// The parts of the light that passes tell at a receiver. A new part has its line here.
+/// The parts of the light that passes find at a receiver. A new part has its line here.
 pub(super) fn parts<const C: usize>(
     site: &Site,
     in_groups: bool,

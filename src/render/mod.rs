@@ -48,7 +48,7 @@ pub use team::{Alone, Team, launched};
 /// settings give the same bits for any number of threads.
 pub fn render(scene: &Scene, plan: &Plan, settings: &Settings, progress: &dyn Progress) -> Result<Results, Error> {
     let results = render_and_keep(scene, plan, settings, progress, &Keeping::default())?;
-    Ok(results.expect("who is alone leads"))
+    Ok(results.expect("a run that is alone has results"))
 }
 
 /// The same with a state that is kept: in a checkpoint from which the run goes on, merged from those of other runs, or
@@ -96,7 +96,7 @@ fn render_part(
     Ok(results)
 }
 
-/// A run under way.
+/// A run while it is computed.
 struct Rendering<'a, const C: usize> {
     scene: &'a Scene,
     plan: &'a Plan,
@@ -158,7 +158,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
         Ok(Some(rendering.results(&places, &sensors, images, caster.peak_memory())))
     }
 
-    /// Asks some photons whether the light comes to an end, where that isn't plain.
+    /// Traces some photons to see whether all light is absorbed in the end, where that isn't certain.
     fn send_ahead(&mut self, caster: &RayCaster) -> Result<(), Error> {
         if !self.plan.bounces || !Trial::is_called_for(self.scene, self.diagonal) {
             return Ok(());
@@ -200,11 +200,11 @@ const PURPOSE_TRIAL: u64 = 7;
 const PURPOSE_BRIGHT: u64 = 8;
 const PURPOSE_EXTREMES: u64 = 9;
 
-/// The part of the light that may be still under way after the most bounces: more would take hours, and be wrong by more.
+/// The part of the light that may be left after the most bounces: more would take hours, and be wrong by more.
 const MOST_ENDLESS: f64 = 0.02;
 
-/// How far a surface may lie from where a measuring plane is said to be, m, in a scene of this diagonal (m): thicker than what
-/// CAD programs round, thinner than what people build.
+/// How far a surface may lie from where a measuring plane is said to be, m, in a scene of this diagonal (m): thicker
+/// than what CAD programs round, thinner than what people build.
 fn surface_tolerance(diagonal: f64) -> f64 {
     (2e-4 * diagonal).min(2e-3)
 }

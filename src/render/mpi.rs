@@ -11,7 +11,7 @@ use mpi::Threading;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
 
-use super::team::{Team, Word};
+use super::team::{Instruction, Team};
 use crate::error::Error;
 
 /// Bytes sent at once: MPI counts in `i32`.
@@ -20,7 +20,8 @@ const PART: usize = 1 << 30;
 /// What the thread that may call MPI is asked to do.
 type Call = Box<dyn FnOnce(&SimpleCommunicator) + Send>;
 
-/// The processes that mpirun started. Dropped before [`World::leave`], it ends them all: one that is lost would be waited for.
+/// The processes that mpirun started. Dropped before [`World::leave`], it ends them all: the others would wait for one
+/// that is lost.
 pub struct World {
     calls: Mutex<Option<Sender<Call>>>,
     thread: Option<JoinHandle<()>>,
@@ -35,15 +36,15 @@ impl World {
             return Ok(None);
         }
         let (calls, called) = mpsc::channel::<Call>();
-        let (tell, told) = mpsc::channel();
+        let (ready, started) = mpsc::channel();
         let thread = thread::spawn(move || {
             let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else { return };
             let world = universe.world();
-            if tell.send((world.rank(), world.size())).is_ok() {
+            if ready.send((world.rank(), world.size())).is_ok() {
                 called.iter().for_each(|call| call(&world));
             }
         });
-        let (rank, size) = told.recv().map_err(|_| Error::Usage("MPI: can't be initialised".into()))?;
+        let (rank, size) = started.recv().map_err(|_| Error::Usage("MPI: can't be initialised".into()))?;
         let calls = Mutex::new(Some(calls));
         Ok(Some(Self { calls, thread: Some(thread), rank: rank as u32, size: size as u32 }))
     }
@@ -69,7 +70,7 @@ impl World {
             *calls = None;
         }
         if let Some(thread) = self.thread.take() {
-            let _ = thread.join(); // it has nothing to tell
+            let _ = thread.join(); // it returns nothing
         }
     }
 
@@ -77,10 +78,14 @@ impl World {
     fn call<R: Send + 'static>(&self, what: impl FnOnce(&SimpleCommunicator) -> R + Send + 'static) -> R {
         let (answer, answered) = mpsc::channel();
         let call: Call = Box::new(move |world| {
-            let _ = answer.send(what(world)); // who asked waits for it
+            let _ = answer.send(what(world)); // the caller waits for it
         });
         let calls = self.calls.lock().expect("no call panics with the lock held");
-        calls.as_ref().expect("nobody calls after the end").send(call).expect("the thread lives as long as its calls");
+        calls
+            .as_ref()
+            .expect("there are no calls after the end")
+            .send(call)
+            .expect("the thread lives as long as its calls");
         drop(calls);
         answered.recv().expect("a failing MPI call ends the process")
     }
@@ -128,9 +133,9 @@ impl Team for World {
         Ok(())
     }
 
-    fn tell(&self, word: Word) -> Word {
+    fn broadcast(&self, instruction: Instruction) -> Instruction {
         let leads = self.rank == 0;
-        let Word { over, done, next_check, rest } = word;
+        let Instruction { over, done, next_check, rest } = instruction;
         let said: Vec<u32> =
             [u32::from(over), done, next_check].into_iter().chain(rest.into_iter().map(u32::from)).collect();
         let heard = self.call(move |world| {
@@ -139,6 +144,6 @@ impl Team for World {
             heard
         });
         let rest = heard[3..].iter().map(|&rests| rests > 0).collect();
-        Word { over: heard[0] > 0, done: heard[1], next_check: heard[2], rest }
+        Instruction { over: heard[0] > 0, done: heard[1], next_check: heard[2], rest }
     }
 }

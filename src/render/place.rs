@@ -1,4 +1,4 @@
-//! A receiver under way: its points, the parts of their light, and what those add up to so far.
+//! A receiver while its light is computed: its points, the parts of their light, and what those add up to so far.
 
 use std::io;
 
@@ -15,9 +15,9 @@ pub(super) struct Place<const C: usize> {
     pub(super) site: Site,
     /// The parts of its light; their order never matters but for rounding.
     pub(super) parts: Vec<Box<dyn Part<C>>>,
-    /// Light that passes tell, all parts together, as far as they know.
+    /// Light that passes find, all parts together, as far as it is known.
     pub(super) bounced: Vec<Estimate<C>>,
-    /// What of it nothing but photons tell; empty where there is none.
+    /// What of it only photons find; empty where there is none.
     pub(super) rest: Vec<Estimate<C>>,
     /// The same by light group, where they are told apart; no light before the passes are over.
     pub(super) groups: Option<GroupRows>,
@@ -169,7 +169,7 @@ impl<const C: usize> Cell<C> {
         Self { value: std::array::from_fn(|c| bounced.value[c] + direct[c]), direct, variance }
     }
 
-    /// The same with no error but what passes don't mend.
+    /// The same with only the error that passes don't reduce.
     pub(super) fn of_direct(place: &Place<C>, point: usize) -> Self {
         let fixed = place.straight().filter(|part| !part.can_sample_again());
         Self { variance: fixed.map(|part| part.straight(point).variance).sum(), ..Self::of(place, point) }
@@ -180,8 +180,8 @@ impl<const C: usize> Cell<C> {
     }
 }
 
-/// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is no
-/// map.
+/// Claimed standard error of the worst map, plane or surface, relative to its mean; of the worst sensor where there is
+/// no map.
 pub(super) fn worst_of<const C: usize>(places: &[Place<C>], cell: fn(&Place<C>, usize) -> Cell<C>) -> f64 {
     let of_points = |place: &Place<C>, points: &mut dyn Iterator<Item = usize>| {
         let (mut sum, mut variance, mut whole) = (0.0, 0.0, 0.0_f64);

@@ -6,7 +6,7 @@ use super::engine::Engine;
 use super::keeping::{self, Keeping, Schedule};
 use super::place::{Cell, Place, worst_of};
 use super::settings::LEAST_PASSES;
-use super::team::Word;
+use super::team::Instruction;
 use super::views::View;
 use super::warning::Warning;
 use super::{IMAGE_ERROR, Rendering};
@@ -46,17 +46,17 @@ impl<const C: usize> Rendering<'_, C> {
         views: &mut [View<'_, C>],
         keeping: &Keeping<'_>,
     ) -> Result<(), Error> {
-        let mut schedule = self.recall(places, views, keeping)?;
+        let mut schedule = self.restore(places, views, keeping)?;
         if !self.done.is_empty() {
             self.list_stages();
         }
         let mut taken = 0.0;
         loop {
-            let over = keeping.team.rank() == 0 && self.judge(places, views, &mut schedule, taken);
+            let over = keeping.team.rank() == 0 && self.is_enough(places, views, &mut schedule, taken);
             let rest = views.iter().map(|view| view.rests).collect();
-            let word = Word { over, done: self.done.len(), next_check: schedule.next_check, rest };
-            let word = keeping.team.tell(word);
-            if word.over {
+            let instruction = Instruction { over, done: self.done.len(), next_check: schedule.next_check, rest };
+            let instruction = keeping.team.broadcast(instruction);
+            if instruction.over {
                 if schedule.closed {
                     self.save(places, views, &schedule, keeping);
                 }
@@ -65,11 +65,11 @@ impl<const C: usize> Rendering<'_, C> {
                 }
                 return Ok(());
             }
-            schedule.next_check = word.next_check;
+            schedule.next_check = instruction.next_check;
             if keeping.team.rank() > 0 {
-                self.done = self.own_passes(word.done);
+                self.done = self.own_passes(instruction.done);
             }
-            views.iter_mut().zip(word.rest).for_each(|(view, rests)| view.rests = rests);
+            views.iter_mut().zip(instruction.rest).for_each(|(view, rests)| view.rests = rests);
             let started = Instant::now();
             self.share_passes(engine, places, views, &schedule, keeping)?;
             taken = started.elapsed().as_secs_f64();
@@ -129,7 +129,7 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// Whether the passes so far are enough. Where it is time to ask, what they say is worked out.
-    fn judge(
+    fn is_enough(
         &mut self,
         places: &mut [Place<C>],
         views: &mut [View<'_, C>],

@@ -147,7 +147,8 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Shows every part of the light what a round's photons left at its receiver, in trees where densities ask for them.
+    /// Shows every part of the light what a round's photons left at its receiver, in trees where densities ask for
+    /// them.
     fn add_photons(&mut self, places: &mut [Place<C>], left: Left<C>, pass: u32) {
         let Left { mut crossings, witnessed, met, landings } = left;
         let count = |photons: &Photons<C>| photons.positions.len() as u64;
@@ -189,7 +190,8 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// The photon maps of a receiver: light with edges and smooth light apart; all in the first for the paper's estimator.
+    /// The photon maps of a receiver: light with edges and smooth light apart; all in the first for the paper's
+    /// estimator.
     fn maps(&self, crossings: Crossings<C>) -> [ChosenMap<C>; 2] {
         let Crossings { mut sharp, mut smooth, sources } = crossings;
         if self.composition.density == Some(Density::Paper) {
@@ -203,12 +205,13 @@ impl<const C: usize> Rendering<'_, C> {
         })
     }
 
-    /// The caustics of one of a pass's `rounds` rounds, ready for rays and cameras; `area` is that of all surfaces near, m².
+    /// The caustics of one of a pass's `rounds` rounds, ready for rays and cameras; `area` is that of all surfaces
+    /// near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
         let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
-        // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in less
-        // light than the mean, and to reach farther would smear what is bright there.
+        // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in
+        // less light than the mean, and to reach farther would smear what is bright there.
         let wide_enough = (search.nearest as f64 * area / (std::f64::consts::PI * photons)).sqrt() as f32;
         CausticMap::build(caustics, Search { radius: search.radius.min(wide_enough), ..search })
     }

@@ -21,7 +21,8 @@ pub struct Settings {
     pub smooth: bool,
     /// k; by method and number of photons where not given.
     pub nearest: Option<usize>,
-    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see [`Scene::diagonal`](crate::scene::Scene::diagonal)).
+    /// Largest search radius, m; a tenth of the scene's diagonal where not given (see
+    /// [`Scene::diagonal`](crate::scene::Scene::diagonal)).
     pub radius: Option<f64>,
     /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
     /// themselves. Where single points decide when to stop, it is asked for earlier, but not believed before the fourth.
@@ -103,6 +104,6 @@ pub const SENSOR_RAYS: u32 = 32;
 /// Rays of a camera's pixel for each ray of a grid point: neighbours don't help each other in an image.
 pub const PIXEL_RAYS: u32 = 4;
 
-/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has cameras
-/// only; where maps or sensors end the run, an image that has it takes no more rays.
+/// Standard error of an image's pixels, % of its mean, that suits the eye: the default of `error` where a scene has
+/// cameras only; where maps or sensors end the run, an image that has it takes no more rays.
 pub const IMAGE_ERROR: f64 = 5.0;

@@ -1,5 +1,5 @@
-//! Receivers before the first pass: where their points are, which are places at all, what is in their neighbours' way, and the
-//! light that comes straight from luminaires.
+//! Receivers before the first pass: where their points are, which are places at all, what is in their neighbours' way,
+//! and the light that comes straight from luminaires.
 
 use rayon::prelude::*;
 
@@ -46,7 +46,8 @@ impl<const C: usize> Rendering<'_, C> {
         receivers.extend(scene.surfaces.iter().map(|surface| (Receiver::of_surface(surface, caster), false)));
         let counts_sharp = self.composition.counts_sharp;
         let place = |(mut receiver, on_surface): (Receiver, bool)| {
-            // Cells so small that even the widest window over them holds few photons are asked by discs, as single points are.
+            // Cells so small that even the widest window over them holds few photons are asked by discs, as single
+            // points are.
             let [width, height] = receiver.cell;
             receiver.cells_count =
                 counts_sharp && receiver.grid.is_some() && (2.0 * WIDEST + 1.0) * width.min(height) >= radius;
@@ -114,8 +115,8 @@ impl<const C: usize> Rendering<'_, C> {
         });
     }
 
-    /// Finds which points are places at all. That is a fact of the scene: all seeds agree on it, so that their results can be
-    /// merged.
+    /// Finds which points are places at all. That is a fact of the scene: all seeds agree on it, so that their results
+    /// can be merged.
     fn find_standings(&self, places: &mut [Place<C>], caster: &RayCaster) {
         let points = places.iter().map(|place| Points { receiver: &place.site.receiver, areas: &place.site.areas });
         let points: Vec<Points<'_>> = points.collect();

@@ -2,7 +2,7 @@
 
 use std::io;
 
-/// A run's processes. Each does its own passes; the leader adds up, judges, and tells the others how to go on.
+/// A run's processes. Each does its own passes; the leader adds up, decides, and tells the others how to go on.
 pub trait Team: Sync {
     /// Number of processes.
     fn size(&self) -> u32;
@@ -10,17 +10,17 @@ pub trait Team: Sync {
     /// Number of this one; 0 leads.
     fn rank(&self) -> u32;
 
-    /// Hands what this process found to the leader, who hears that of all others, one after the other.
+    /// Sends what this process found to the leader, which gets that of all others, one after the other, by `hear`.
     fn hand_in(&self, found: &[u8], hear: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()>;
 
-    /// What the leader says, to all.
-    fn tell(&self, word: Word) -> Word;
+    /// The leader's instruction, sent to all; whoever doesn't lead gives any of the same length.
+    fn broadcast(&self, instruction: Instruction) -> Instruction;
 }
 
-/// How a run goes on.
+/// The leader's instruction how the run goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Word {
-    /// It does not.
+pub struct Instruction {
+    /// It ends.
     pub over: bool,
     /// Passes that are done.
     pub done: u32,
@@ -52,7 +52,7 @@ impl Team for Alone {
         Ok(())
     }
 
-    fn tell(&self, word: Word) -> Word {
-        word
+    fn broadcast(&self, instruction: Instruction) -> Instruction {
+        instruction
     }
 }

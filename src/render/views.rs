@@ -1,8 +1,8 @@
-//! Images under way: what the rays of every pixel have found so far.
+//! Images while they are computed: what the rays of every pixel have found so far.
 //!
 //! A pixel is the mean over its own square (a box filter): rays go through places spread evenly over it. Layers that
-//! compositors mix are such means too, E and albedo and normal, times coverage as EXR's alpha has it; depth and position
-//! are those of the ray through the pixel's middle, for a mean of two surfaces would lie where there is none.
+//! compositors mix are such means too, E and albedo and normal, times coverage as EXR's alpha has it; depth and
+//! position are those of the ray through the pixel's middle, for a mean of two surfaces would lie where there is none.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -27,7 +27,7 @@ const NOTHING: f32 = 1e10;
 /// World coordinates up to this, m, are written as they are: single precision then tells half a millimetre.
 const LARGEST_POSITION: f64 = 4096.0;
 
-/// One camera's image under way.
+/// One camera's image while it is computed.
 pub(super) struct View<'a, const C: usize> {
     camera: &'a Camera,
     pixels: Vec<Pixel<C>>,

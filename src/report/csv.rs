@@ -1,6 +1,7 @@
 //! Maps and readings as CSV: comma-separated, one header line, points as decimal marks.
 //!
-//! Positions are exact to a micrometre, illuminances have six significant digits, so that equal results give equal files.
+//! Positions are exact to a micrometre, illuminances have six significant digits, so that equal results give equal
+//! files.
 
 use std::io::{self, Write};
 
@@ -56,7 +57,8 @@ pub fn write_sensors(sensors: &[SensorReading], out: &mut impl Write) -> io::Res
     table.flush()
 }
 
-/// One line for each sensor and light group, `groups` being their names; E and error are empty where no light can arrive.
+/// One line for each sensor and light group, `groups` being their names; E and error are empty where no light can
+/// arrive.
 ///
 /// # Errors
 /// Where `out` fails, and where a value isn't finite.

@@ -10,9 +10,10 @@
 //! | `group.NAME.R` `.G` `.B` | coloured ones | of each channel |
 //!
 //! Light groups add up to E but for rounding. Names of layers are of plain letters, digits, `-` and `_`; the attribute
-//! `groups` is a JSON object that tells the group's own name for each. The other further layers are photometric in coloured scenes too: the split and the error are known of E, not of its channels.
-//! The first image row is the far end of `across`, so that a floor shows as a plan, y up. `corner`, `along` and `across`
-//! are attributes of text (x y z, m), since survey coordinates need more than single precision.
+//! `groups` is a JSON object that tells the group's own name for each. The other further layers are photometric in
+//! coloured scenes too: the split and the error are known of E, not of its channels. The first image row is the far end
+//! of `across`, so that a floor shows as a plan, y up. `corner`, `along` and `across` are attributes of text (x y z,
+//! m), since survey coordinates need more than single precision.
 
 mod view;
 
@@ -77,8 +78,8 @@ pub fn write(map: &IlluminanceMap, run: &Run, layers: &ExtraLayers, out: &mut (i
     image.write().to_buffered(out).map_err(io_error)
 }
 
-/// E of an EXR file's cells, lx, row by row from the plane's corner, with the numbers of columns and rows; 0 where there
-/// is no value ([`read()`] tells which).
+/// E of an EXR file's cells, lx, row by row from the plane's corner, with the numbers of columns and rows; 0 where
+/// there is no value ([`read()`] tells which).
 ///
 /// # Errors
 /// As [`read()`].
@@ -87,8 +88,9 @@ pub fn read_illuminance(path: &Path) -> std::result::Result<(usize, usize, Vec<f
     Ok((columns, rows, illuminance))
 }
 
-/// Reads an illuminance image: channel `Y`, or `R G B` of linear Rec. 709, in lx, and `stderr.Y` where there. Cells where `A` is 0, or
-/// E isn't finite (as some programs mark them), have no value. The first image row is the last of the cells.
+/// Reads an illuminance image: channel `Y`, or `R G B` of linear Rec. 709, in lx, and `stderr.Y` where there. Cells
+/// where `A` is 0, or E isn't finite (as some programs mark them), have no value. The first image row is the last of
+/// the cells.
 ///
 /// # Errors
 /// [`Error::Input`] where the file can't be read, or has neither channel `Y` nor channels `R G B`.
@@ -131,8 +133,8 @@ pub fn read(path: &Path) -> std::result::Result<IlluminanceImage, Error> {
     Ok(IlluminanceImage { cells: [columns, rows], illuminance, has_value, standard_error })
 }
 
-/// Columns and rows of an image, of which nothing but the head is read: what it promises is not believed beyond the most that a
-/// scene can have.
+/// Columns and rows of an image, of which nothing but the head is read: what it promises is not believed beyond the
+/// most that a scene can have.
 ///
 /// # Errors
 /// [`Error::Input`] where the file can't be read, or promises more.
@@ -198,8 +200,8 @@ fn channels(map: &IlluminanceMap, layers: &ExtraLayers, groups: &[String]) -> An
 /// Longest name of a light group's layer, characters.
 const LONGEST: usize = 60;
 
-/// Names of the light groups' layers: letters, digits, `-` and `_` of ASCII stay, anything else between them becomes one `_`,
-/// as dots part layers from channels. No two are equal in any case of letters; a second one gets `-2`.
+/// Names of the light groups' layers: letters, digits, `-` and `_` of ASCII stay, anything else between them becomes
+/// one `_`, as dots part layers from channels. No two are equal in any case of letters; a second one gets `-2`.
 pub fn group_layers(groups: &[String]) -> Vec<String> {
     let mut taken = HashSet::new();
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';

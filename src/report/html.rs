@@ -1,9 +1,10 @@
 //! The report for a person: one HTML file that needs nothing else, pictures included; dark and light, wide and narrow.
-
-use std::fmt::Display;
+//!
+//! Pages are written with `maud`: text and numbers are escaped wherever they stand; only [`own`] leaves HTML as it is.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 use crate::report::table::{maintained, method};
 use crate::results::{
@@ -15,67 +16,72 @@ use crate::units::Lumens;
 /// Looks of the page.
 const STYLE: &str = include_str!("report.css");
 
-/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped and in
-/// false colours; what is beyond their number has none.
+/// HTML that is part of the program, as it is. Texts of a scene can't be: they don't live so long.
+pub(crate) fn own(html: &'static str) -> PreEscaped<&'static str> {
+    PreEscaped(html)
+}
+
+/// The report as HTML. `pictures`: a PNG file for each map, in the maps' order, then two for each camera, tone-mapped
+/// and in false colours; what is beyond their number has none.
 pub fn report(results: &Results, pictures: &[Vec<u8>]) -> String {
     let run = &results.run;
-    let title = escape(&run.scene);
-    let planes: String = results
-        .maps
-        .iter()
-        .enumerate()
-        .map(|(i, map)| plane(map, run.claim, pictures.get(i).map(Vec::as_slice)))
-        .collect();
     let of_cameras = pictures.get(results.maps.len()..).unwrap_or(&[]);
-    let parts = [
-        format!("<header>\n<h1>{title}</h1>\n<p>{}{}</p>\n</header>\n", escape(&method(run)), maintained(run)),
-        warnings(&run.warnings),
-        overview(results),
-        planes,
-        results
-            .images
-            .iter()
-            .enumerate()
-            .map(|(i, image)| camera(image, of_cameras.get(2 * i..).unwrap_or(&[])))
-            .collect(),
-        surfaces(results),
-        sensors(results),
-        without_value(results),
-        groups(results),
-        flux_balance(run),
-        times(run),
-        computation(run),
-    ];
-    document(&title, "", &parts.concat())
+    let main = html! {
+        header { h1 { (run.scene) } p { (method(run)) (maintained(run)) } }
+        (warnings(&run.warnings))
+        (overview(results))
+        @for (i, map) in results.maps.iter().enumerate() {
+            (plane(map, run.claim, pictures.get(i).map(Vec::as_slice)))
+        }
+        @for (i, image) in results.images.iter().enumerate() {
+            (camera(image, of_cameras.get(2 * i..).unwrap_or(&[])))
+        }
+        (surfaces(results))
+        (sensors(results))
+        (without_value(results))
+        (groups(results))
+        (flux_balance(run))
+        (times(run))
+        (computation(run))
+    };
+    document(&run.scene, &[], &main)
 }
 
-/// A whole page that needs nothing else; `title` and `main` are HTML, `style` is added to the looks of every page.
-pub(crate) fn document(title: &str, style: &str, main: &str) -> String {
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>{title} · luxmap</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n{main}</main>\n\
-         <footer>luxmap {}</footer>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION"),
-    )
+/// A whole page that needs nothing else; `styles` are added to the looks of every page.
+pub(crate) fn document(title: &str, styles: &[&'static str], main: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE) "\n"
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) " · luxmap" } "\n"
+                style { "\n" (own(STYLE)) @for &style in styles { (own(style)) } }
+            }
+            "\n"
+            body { "\n" main { "\n" (main) } footer { "luxmap " (env!("CARGO_PKG_VERSION")) } }
+        }
+        "\n"
+    };
+    page.into_string()
 }
 
-/// What the user ought to know.
-pub(crate) fn warnings(warnings: &[String]) -> String {
-    if warnings.is_empty() {
-        return String::new();
+/// What the user should know.
+pub(crate) fn warnings(warnings: &[String]) -> Markup {
+    html! {
+        @if !warnings.is_empty() {
+            section class="warning" { h2 { "Warnings" } (list(warnings)) } "\n"
+        }
     }
-    let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
-    format!("<section class=\"warning\">\n<h2>Warnings</h2>\n<ul>\n{items}</ul>\n</section>\n")
 }
 
 /// All planes in one table.
-fn overview(results: &Results) -> String {
+fn overview(results: &Results) -> Markup {
     if results.maps.len() < 2 {
-        return String::new();
+        return Markup::default();
     }
-    let head = ["Plane", "Ē, lx", "E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
+    let head = ["Plane", "Ē, lx", "E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"].map(own);
     let rows = results.maps.iter().map(|map| {
         let found = statistics(map);
         let figures = [
@@ -84,55 +90,63 @@ fn overview(results: &Results) -> String {
             with_error(found.max.0, found.errors.max.0),
             ratio_with_error(found.uniformity, found.errors.uniformity),
         ];
-        let name = escape(&map.name);
         let [mean, min, max, uniformity] =
             if found.cells > 0 { figures } else { std::array::from_fn(|_| "–".into()) };
-        [name, mean, min, max, uniformity]
+        [map.name.clone(), mean, min, max, uniformity]
     });
-    section("Measuring planes", &table(head, rows))
+    section("Measuring planes", table(head, rows))
 }
 
 /// Picture and figures of a plane.
-fn plane(map: &IlluminanceMap, claim: f64, picture: Option<&[u8]>) -> String {
-    let name = escape(&map.name);
-    let image = picture.map_or_else(String::new, |png| {
-        let alt = format!("Illuminance on {name} in false colours, with isolux lines");
-        format!("<figure><img src=\"data:image/png;base64,{}\" alt=\"{alt}\"></figure>\n", BASE64.encode(png))
-    });
-    section(
-        &format!("Plane “{name}”"),
-        &format!("<div class=\"plane\">\n{image}{}</div>\n{}", figures(map), areas(map, claim)),
-    )
+fn plane(map: &IlluminanceMap, claim: f64, picture: Option<&[u8]>) -> Markup {
+    let content = html! {
+        div class="plane" {
+            @if let Some(png) = picture {
+                (embedded(png, &format!("Illuminance on {} in false colours, with isolux lines", map.name)))
+            }
+            (figures(map))
+        }
+        (areas(map, claim))
+    };
+    section(&format!("Plane “{}”", map.name), content)
+}
+
+/// A PNG file within the page.
+fn embedded(png: &[u8], description: &str) -> Markup {
+    html! { figure { img src={ "data:image/png;base64," (BASE64.encode(png)) } alt=(description); } "\n" }
 }
 
 /// Areas of a plane that have figures of their own.
-fn areas(map: &IlluminanceMap, claim: f64) -> String {
+fn areas(map: &IlluminanceMap, claim: f64) -> Markup {
     if map.areas.is_empty() {
-        return String::new();
+        return Markup::default();
     }
     let [min, max, u0, ud] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>", "U<sub>d</sub>"];
     table(
-        ["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""],
+        ["Area", "Ē, lx", min, max, u0, ud, "Cells", "Required", ""].map(own),
         map.areas.iter().map(|figures| area(figures, claim)),
     )
 }
 
 /// An area's line.
-fn area(area: &AreaFigures, claim: f64) -> [String; 9] {
-    let [title, rest @ .., _] = crate::report::table::area(area, claim);
-    let [mean, min, max, uniformity, diversity, cells, required] = rest;
-    [escape(&title), mean, min, max, uniformity, diversity, cells, required, verdict(area.verdict(claim))]
+fn area(area: &AreaFigures, claim: f64) -> [Markup; 9] {
+    let mut cells = crate::report::table::area(area, claim).map(|cell| cell.render());
+    cells[8] = verdict(area.verdict(claim));
+    cells
 }
 
 /// All measured surfaces in one table.
-fn surfaces(results: &Results) -> String {
+fn surfaces(results: &Results) -> Markup {
     if results.surfaces.is_empty() {
-        return String::new();
+        return Markup::default();
     }
     let [min, max, u0] = ["E<sub>min</sub>, lx", "E<sub>max</sub>, lx", "U<sub>0</sub>"];
     let head = ["Surface", "Ē, lx", min, max, u0, "Standard error of a sample, lx", "Area, m²", "Flux, lm", "Samples"];
-    let note = "<p>Figures weigh each sample by its area. Values are in the surface’s CSV and PLY files.</p>\n";
-    section("Surfaces", &(table(head, results.surfaces.iter().map(surface)) + note))
+    let content = html! {
+        (table(head.map(own), results.surfaces.iter().map(surface)))
+        p { "Figures weigh each sample by its area. Values are in the surface’s CSV and PLY files." }
+    };
+    section("Surfaces", content)
 }
 
 /// A surface's line.
@@ -140,7 +154,7 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
     let found = map.figures();
     let known = |text: String| if found.samples > 0 { text } else { "–".into() };
     [
-        escape(&map.name),
+        map.name.clone(),
         known(with_error(found.mean.0, found.errors.mean.0)),
         known(with_error(found.min.0, found.errors.min.0)),
         known(with_error(found.max.0, found.errors.max.0)),
@@ -153,24 +167,20 @@ fn surface(map: &SurfaceMap) -> [String; 9] {
 }
 
 /// Whether something required is reached.
-fn verdict(verdict: Option<Verdict>) -> String {
-    match verdict {
-        Some(Verdict::Met) => "<span class=\"met\">✓ met</span>".into(),
-        Some(Verdict::Missed) => "<span class=\"missed\">✗ missed</span>".into(),
-        Some(undecided) => format!("<span class=\"missed\">? {undecided}</span>"),
-        None => String::new(),
+fn verdict(verdict: Option<Verdict>) -> Markup {
+    html! {
+        @match verdict {
+            Some(Verdict::Met) => span class="met" { "✓ met" },
+            Some(Verdict::Missed) => span class="missed" { "✗ missed" },
+            Some(undecided) => span class="missed" { "? " (undecided.to_string()) },
+            None => {},
+        }
     }
 }
 
 /// Pictures and figures of a camera.
-fn camera(image: &CameraImage, pictures: &[Vec<u8>]) -> String {
-    let name = escape(&image.name);
+fn camera(image: &CameraImage, pictures: &[Vec<u8>]) -> Markup {
     let kinds = ["Luminance, tone-mapped, seen by", "Illuminance in false colours, seen by"];
-    let figure = |(png, kind): (&Vec<u8>, &str)| {
-        let data = BASE64.encode(png);
-        format!("<figure><img src=\"data:image/png;base64,{data}\" alt=\"{kind} {name}\"></figure>\n")
-    };
-    let shown: String = pictures.iter().zip(kinds).map(figure).collect();
     let [columns, rows] = image.pixels;
     let [mean, highest] = image.luminances().map(short);
     let eye = image.eye;
@@ -183,25 +193,26 @@ fn camera(image: &CameraImage, pictures: &[Vec<u8>]) -> String {
         ("Field of view from bottom to top", format!("{}°", short(image.fov))),
         ("Pixels", format!("{columns} × {rows}, {} rays each", image.samples)),
     ];
-    let facts = definitions(facts.map(|(name, value)| (name.to_owned(), value)));
-    section(&format!("Camera “{name}”"), &format!("{shown}{facts}"))
+    let content = html! {
+        @for (png, kind) in pictures.iter().zip(kinds) { (embedded(png, &format!("{kind} {}", image.name))) }
+        (definitions(facts))
+    };
+    section(&format!("Camera “{}”", image.name), content)
 }
 
 /// Figures of a plane, one on each line.
-fn figures(map: &IlluminanceMap) -> String {
+fn figures(map: &IlluminanceMap) -> Markup {
     let found = statistics(map);
     let [columns, rows] = map.cells;
     let size = format!("{} m × {} m", short(map.along.length()), short(map.across.length()));
+    let corner = format!("({}, {}, {}) m", metres(map.corner.x), metres(map.corner.y), metres(map.corner.z));
     let place = [
-        ("Size".to_owned(), size),
-        (
-            "Corner".to_owned(),
-            format!("({}, {}, {}) m", metres(map.corner.x), metres(map.corner.y), metres(map.corner.z)),
-        ),
-        ("Cells".to_owned(), format!("{columns} × {rows}, {} without a value", found.cells_without_value)),
+        ("Size", size),
+        ("Corner", corner),
+        ("Cells", format!("{columns} × {rows}, {} without a value", found.cells_without_value)),
     ];
     if found.cells == 0 {
-        return definitions(place) + "<p>No light can arrive anywhere on this plane.</p>\n";
+        return html! { (definitions(place)) p { "No light can arrive anywhere on this plane." } };
     }
     let lux = |value: f64| format!("{} lx", short(value));
     let read = |value: f64, error: f64| format!("{} lx", with_error(value, error));
@@ -219,49 +230,51 @@ fn figures(map: &IlluminanceMap) -> String {
         ("Standard error of a cell, mean", noise),
         ("Standard error of a cell, largest", lux(found.largest_standard_error.0)),
     ];
-    definitions(light.map(|(name, value)| (name.to_owned(), value)).into_iter().chain(place))
+    definitions(light.into_iter().chain(place).map(|(name, value)| (own(name), value)))
 }
 
 /// Readings of all sensors.
-fn sensors(results: &Results) -> String {
+fn sensors(results: &Results) -> Markup {
     if results.sensors.is_empty() {
-        return String::new();
+        return Markup::default();
     }
     let head = ["Sensor", "Position, m", "E, lx", "Standard error, lx", "Target, lx", ""];
-    section("Sensors", &table(head, results.sensors.iter().map(|reading| sensor(reading, results.run.claim))))
+    section("Sensors", table(head, results.sensors.iter().map(|reading| sensor(reading, results.run.claim))))
 }
 
 /// A sensor's line.
-fn sensor(sensor: &SensorReading, claim: f64) -> [String; 6] {
+fn sensor(sensor: &SensorReading, claim: f64) -> [Markup; 6] {
     let value = |lux: f64| if sensor.has_value { short(lux) } else { "–".into() };
     let at = sensor.position;
+    let [class, mark] = if sensor.meets_target() == Some(true) { ["met", "✓"] } else { ["missed", "✗"] };
     [
-        escape(&sensor.title()),
-        format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)),
-        value(sensor.illuminance),
-        value(sensor.standard_error),
-        sensor.target.map_or_else(String::new, short),
-        sensor.judged(claim).map_or_else(String::new, |words| {
-            let [class, mark] = if sensor.meets_target() == Some(true) { ["met", "✓"] } else { ["missed", "✗"] };
-            format!("<span class=\"{class}\">{mark} {words}</span>")
-        }),
+        sensor.title().render(),
+        format!("({}, {}, {})", metres(at.x), metres(at.y), metres(at.z)).render(),
+        value(sensor.illuminance).render(),
+        value(sensor.standard_error).render(),
+        sensor.target.map(short).unwrap_or_default().render(),
+        html! { @if let Some(words) = sensor.judged(claim) { span class=(class) { (mark) " " (words) } } },
     ]
 }
 
 /// Which cells, samples and sensors have no value, and why; nothing where all have one.
-fn without_value(results: &Results) -> String {
+fn without_value(results: &Results) -> Markup {
     let lines = without::lines(results);
     if lines.is_empty() {
-        return String::new();
+        return Markup::default();
     }
-    let items: String = lines.iter().map(|line| format!("<li>{}</li>\n", escape(line))).collect();
-    let note = "<p>Covered: something opaque lies on the place, nearer than a hundredth of the spacing. Shut off by a closed \
-                body: the place is inside one, or all luminaires are. None of them counts in any figure.</p>\n";
-    section("Without a value", &format!("<ul>\n{items}</ul>\n{note}"))
+    let content = html! {
+        (list(&lines))
+        p {
+            "Covered: something opaque lies on the place, nearer than a hundredth of the spacing. Shut off by a closed body: \
+             the place is inside one, or all luminaires are. None of them counts in any figure."
+        }
+    };
+    section("Without a value", content)
 }
 
 /// What each light group brings to the planes; nothing where groups are not told apart.
-fn groups(results: &Results) -> String {
+fn groups(results: &Results) -> Markup {
     let rows: Vec<[String; 4]> = results
         .maps
         .iter()
@@ -270,14 +283,14 @@ fn groups(results: &Results) -> String {
             results.run.groups.iter().zip(&map.groups).map(move |(name, group)| {
                 let mean = group.mean(&map.has_value);
                 let share = if whole > 0.0 { percent(mean / whole) } else { "–".into() };
-                [escape(name), escape(&map.name), short(mean), share]
+                [name.clone(), map.name.clone(), short(mean), share]
             })
         })
         .collect();
     if rows.is_empty() {
-        return String::new();
+        return Markup::default();
     }
-    section("Light groups", &table(["Group", "Plane", "Ē, lx", "% of the plane’s"], rows.into_iter()))
+    section("Light groups", table(["Group", "Plane", "Ē, lx", "% of the plane’s"], rows.into_iter()))
 }
 
 /// A coordinate to the millimetre.
@@ -286,28 +299,33 @@ fn metres(coordinate: f64) -> f64 {
 }
 
 /// Where the photons' flux went.
-fn flux_balance(run: &Run) -> String {
+fn flux_balance(run: &Run) -> Markup {
     let flux = &run.flux;
     let share = |part: Lumens| if flux.emitted.0 > 0.0 { part / flux.emitted } else { 0.0 };
     let parts =
         [("Emitted", flux.emitted), ("Absorbed", flux.absorbed), ("Escaped", flux.escaped), ("Cut off", flux.cut_off)];
     let rows = parts.map(|(name, part)| [name.to_owned(), long(part.0), fine_percent(share(part))]);
-    let note = "<p>Emitted = absorbed + escaped + cut off. Absorbed: by surfaces and inside glass. Escaped: left the scene \
-                without meeting anything. Cut off: still under way at the safety cap on bounces.</p>\n";
-    section("Flux balance", &(table(["", "Φ, lm", "%"], rows.into_iter()) + note))
+    let content = html! {
+        (table(["", "Φ, lm", "%"], rows.into_iter()))
+        p {
+            "Emitted = absorbed + escaped + cut off. Absorbed: by surfaces and inside glass. Escaped: left the scene \
+             without meeting anything. Cut off: still under way at the safety cap on bounces."
+        }
+    };
+    section("Flux balance", content)
 }
 
 /// Time of each stage, and rates.
-fn times(run: &Run) -> String {
+fn times(run: &Run) -> Markup {
     let share =
         |seconds: f64| if run.total_seconds > 0.0 { percent(seconds / run.total_seconds) } else { "–".into() };
-    let stages = run.seconds.iter().map(|&(name, seconds)| [escape(name), duration(seconds), share(seconds)]);
+    let stages = run.seconds.iter().map(|&(name, seconds)| [name.to_owned(), duration(seconds), share(seconds)]);
     let total = ["Whole run".to_owned(), duration(run.total_seconds), share(run.total_seconds)];
-    section("Time", &table(["Stage", "Time", "%"], stages.chain([total])))
+    section("Time", table(["Stage", "Time", "%"], stages.chain([total])))
 }
 
 /// How the results came about.
-fn computation(run: &Run) -> String {
+fn computation(run: &Run) -> Markup {
     let memory = match run.peak_memory {
         0 => "unknown".to_owned(),
         bytes => format!("{} MB", short(bytes as f64 / 1e6)),
@@ -319,13 +337,13 @@ fn computation(run: &Run) -> String {
     };
     let facts = [
         ("Maintenance factor", factor),
-        ("Method", escape(&run.method)),
+        ("Method", run.method.clone()),
         ("Photons emitted", count(run.photons_emitted)),
         ("Photons stored", count(run.photons_stored)),
         ("Passes", run.passes.to_string()),
         ("Nearest photons k", run.nearest.to_string()),
         ("Largest search radius", format!("{} m", short(run.radius))),
-        ("Photon map’s tree", escape(&run.tree)),
+        ("Photon map’s tree", run.tree.clone()),
         ("Seed", run.seed.to_string()),
         ("Threads", run.threads.to_string()),
         ("Rays of photons", count(run.photon_rays)),
@@ -334,11 +352,12 @@ fn computation(run: &Run) -> String {
         ("Triangles", count(run.triangles as u64)),
         ("Luminaires", count(run.luminaires as u64)),
         ("Peak memory", memory),
-        ("Scene (SHA-256)", format!("<code>{}</code>", escape(&run.scene_hash))),
-        ("luxmap", env!("CARGO_PKG_VERSION").to_owned()),
     ];
-    let facts = definitions(facts.map(|(name, value)| (name.to_owned(), value)));
-    section("How it was computed", &format!("<p>{}</p>\n{facts}", explanation(&run.method)))
+    let facts = facts.into_iter().map(|(name, value)| (name, value.render())).chain([
+        ("Scene (SHA-256)", html! { code { (run.scene_hash) } }),
+        ("luxmap", env!("CARGO_PKG_VERSION").render()),
+    ]);
+    section("How it was computed", html! { p { (explanation(&run.method)) } (definitions(facts)) })
 }
 
 /// What a method does, in words.
@@ -366,38 +385,41 @@ fn explanation(method: &str) -> &'static str {
 }
 
 /// A headline and what belongs to it.
-pub(crate) fn section(headline: &str, content: &str) -> String {
-    format!("<section>\n<h2>{headline}</h2>\n{content}</section>\n")
+pub(crate) fn section(headline: &str, content: impl Render) -> Markup {
+    html! { section { h2 { (headline) } "\n" (content) } "\n" }
 }
 
-/// A table; cells are HTML.
-pub(crate) fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
-    let line = |tag: &str, cells: &[String]| {
-        let cells: String = cells.iter().map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let body: String = rows.map(|row| line("td", &row)).collect();
-    let head = line("th", &head.map(String::from));
-    format!("<div class=\"scroll\"><table>\n<thead>{head}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n")
+/// A list with points.
+pub(crate) fn list(items: impl IntoIterator<Item = impl Render>) -> Markup {
+    html! { ul { "\n" @for item in items { li { (item) } "\n" } } "\n" }
 }
 
-/// Names and values, one pair on each line; both are HTML.
-pub(crate) fn definitions<V: Display>(pairs: impl IntoIterator<Item = (String, V)>) -> String {
-    let rows = pairs.into_iter().map(|(name, value)| format!("<tr><th>{name}</th><td>{value}</td></tr>\n"));
-    format!("<div class=\"scroll\"><table class=\"facts\">\n{}</table></div>\n", rows.collect::<String>())
+/// A drawing or chart with what it shows.
+pub(crate) fn figure(title: &str, text: &str, drawing: &Markup) -> Markup {
+    html! { figure { figcaption { b { (title) } " " (text) } "\n" (drawing) } "\n" }
 }
 
-/// Text made harmless in HTML, also within quotes.
-pub(crate) fn escape(text: &str) -> String {
-    text.chars().fold(String::with_capacity(text.len()), |mut html, character| {
-        match character {
-            '&' => html.push_str("&amp;"),
-            '<' => html.push_str("&lt;"),
-            '>' => html.push_str("&gt;"),
-            '"' => html.push_str("&quot;"),
-            '\'' => html.push_str("&#39;"),
-            other => html.push(other),
+/// A table.
+pub(crate) fn table<const N: usize>(head: [impl Render; N], rows: impl Iterator<Item = [impl Render; N]>) -> Markup {
+    html! {
+        div class="scroll" {
+            table {
+                thead { tr { @for cell in head { th { (cell) } } } } "\n"
+                tbody { "\n" @for row in rows { tr { @for cell in row { td { (cell) } } } "\n" } }
+            }
         }
-        html
-    })
+        "\n"
+    }
+}
+
+/// Names and values, one pair on each line.
+pub(crate) fn definitions(pairs: impl IntoIterator<Item = (impl Render, impl Render)>) -> Markup {
+    html! {
+        div class="scroll" {
+            table class="facts" {
+                "\n" @for (name, value) in pairs { tr { th { (name) } td { (value) } } "\n" }
+            }
+        }
+        "\n"
+    }
 }

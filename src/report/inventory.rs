@@ -1,4 +1,5 @@
-//! What a scene is made of, as text for a person at a terminal: a table of its materials, and what was found in its meshes.
+//! What a scene is made of, as text for a person at a terminal: a table of its materials, and what was found in its
+//! meshes.
 
 use crate::scene::inventory::{Inventory, MaterialUse, MeshCheck, what_it_is};
 use crate::text::number::{count, short};
@@ -93,13 +94,13 @@ fn mesh(check: &MeshCheck) -> String {
 mod tests {
     use super::*;
     use crate::scene::Material;
-    use crate::scene::inventory::{Origin, Source};
+    use crate::scene::inventory::{MaterialSource, Origin};
 
     #[test]
     fn columns_are_aligned_and_long_lists_are_cut() {
         let of = |number: usize| MaterialUse {
             material: Material { reflectance: [0.5; 3], ..Material::black(format!("wall {number}")) },
-            origin: Origin { source: Source::Mtl, notes: vec!["why".to_owned()] },
+            origin: Origin { source: MaterialSource::Mtl, notes: vec!["why".to_owned()] },
             area: 100.0 - number as f64,
             triangles: 2,
             flux: (number == 0).then_some(1235.0),

@@ -1,23 +1,24 @@
 //! The summary for programs: one JSON object, keys in a fixed order, each with its unit in its name.
 //!
 //! `luxmap`, `scene`, `scene_sha256`, `method`, `tree`, `seed`, `passes`, `nearest`, `radius_m`, `photons_emitted`,
-//! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that weak
-//! luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest of the
-//! luminaires, null where the scene gives none: the installation is new), then
-//! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are null
-//!   where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed body,
-//!   `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the plane's mean of each light group, where they are
-//!   told apart; `areas` where the scene asks for some: `name`, `kind`, figures as above, `required_mean_lx` and `required_u0`
-//!   (null where nothing is required), `required_met` (null where that isn't decided, too), `required_verdict` (in words);
-//!   keys with `error` are standard errors (1 σ) of the figures;
+//! `photons_stored`, `photon_rays`, `gather_rays`, `left_out_mean` and `left_out_max` (share of a point's light that
+//! weak luminaires may have brought), `threads`, `triangles`, `luminaires`, `maintenance_factor` (smallest and largest
+//! of the luminaires, null where the scene gives none: the installation is new), then
+//! - `planes`: `name`, `corner_m`, `along_m`, `across_m`, `cells`, and the figures of [`Statistics`]; those in lx are
+//!   null where no cell has a value; `without_value`: how many cells have none because they are `shut_off` by a closed
+//!   body, `covered`, or because there was `no_way_found` for light; `groups`: `name`, `mean_lx` and `share` of the
+//!   plane's mean of each light group, where they are told apart; `areas` where the scene asks for some: `name`,
+//!   `kind`, figures as above, `required_mean_lx` and `required_u0` (null where nothing is required), `required_met`
+//!   (null where that isn't decided, too), `required_verdict` (in words); keys with `error` are standard errors (1 σ)
+//!   of the figures;
 //! - `surfaces`: `name`, `spacing_m`, `samples_with_value`, `samples_without_value`, `area_m2`, `flux_lm` (Σ E A), and
 //!   figures weighed by area, null where no sample has a value; `without_value` as above;
-//! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no light can
-//!   arrive; `no_value_because` says why), `target_lx`, `target_met` (whether it reads as much; null without a
-//!   target), `target_verdict` (in words, with what the error leaves open); `rgb_lx` in coloured scenes; `groups`: `name`,
-//!   `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
-//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is seen),
-//!   `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
+//! - `sensors`: `name`, `measure`, `position_m`, `normal`, `illuminance_lx` and `standard_error_lx` (null where no
+//!   light can arrive; `no_value_because` says why), `target_lx`, `target_met` (whether it reads as much; null without
+//!   a target), `target_verdict` (in words, with what the error leaves open); `rgb_lx` in coloured scenes; `groups`:
+//!   `name`, `illuminance_lx` and `standard_error_lx` of each light group, where they are told apart;
+//! - `cameras`: `name`, `eye_m`, `forward`, `up`, `fov_degrees`, `pixels`, `rays_per_pixel`, `mean_lx` (of what is
+//!   seen), `relative_standard_error` (of a pixel's E), `mean_luminance_cd_m2`, `max_luminance_cd_m2`;
 //! - `flux`: `emitted_lm`, `absorbed_lm`, `escaped_lm`, `cut_off_lm`;
 //! - `stages`: `name` and `seconds` in the order they ran; `total_s`; `peak_memory_bytes` (null where unknown);
 //!   `bvh_memory_bytes`;
@@ -31,16 +32,17 @@ use crate::results::{
     Statistics, SurfaceMap, Verdict, statistics, without,
 };
 
-/// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all their
-/// digits; one that isn't finite is null.
+/// The summary as JSON, indented, with a line end: what `summary.json` holds and `--json` prints. Numbers have all
+/// their digits; one that isn't finite is null.
 pub fn summary(results: &Results) -> String {
-    let mut text = serde_json::to_string_pretty(&Summary::new(results)).expect("numbers, texts and lists make JSON");
+    let mut text =
+        serde_json::to_string_pretty(&SummaryJson::new(results)).expect("numbers, texts and lists make JSON");
     text.push('\n');
     text
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct SummaryJson<'a> {
     luxmap: &'static str,
     scene: &'a str,
     scene_sha256: &'a str,
@@ -60,12 +62,12 @@ struct Summary<'a> {
     triangles: usize,
     luminaires: usize,
     maintenance_factor: Option<[f64; 2]>,
-    planes: Vec<Plane<'a>>,
-    surfaces: Vec<Surface<'a>>,
-    sensors: Vec<Sensor<'a>>,
-    cameras: Vec<Camera<'a>>,
-    flux: Flux,
-    stages: Vec<Stage>,
+    planes: Vec<PlaneJson<'a>>,
+    surfaces: Vec<SurfaceJson<'a>>,
+    sensors: Vec<SensorJson<'a>>,
+    cameras: Vec<CameraJson<'a>>,
+    flux: FluxJson,
+    stages: Vec<StageJson>,
     total_s: f64,
     peak_memory_bytes: Option<u64>,
     bvh_memory_bytes: u64,
@@ -73,7 +75,7 @@ struct Summary<'a> {
 }
 
 #[derive(Serialize)]
-struct Plane<'a> {
+struct PlaneJson<'a> {
     name: &'a str,
     corner_m: [f64; 3],
     along_m: [f64; 3],
@@ -97,7 +99,7 @@ struct Plane<'a> {
     uniformity_error: Option<f64>,
     diversity_error: Option<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    areas: Vec<Area<'a>>,
+    areas: Vec<AreaJson<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     groups: Vec<PlaneGroup<'a>>,
 }
@@ -125,7 +127,7 @@ struct PlaneGroup<'a> {
 }
 
 #[derive(Serialize)]
-struct Area<'a> {
+struct AreaJson<'a> {
     name: &'a str,
     kind: &'static str,
     cells_with_value: usize,
@@ -147,7 +149,7 @@ struct Area<'a> {
 }
 
 #[derive(Serialize)]
-struct Surface<'a> {
+struct SurfaceJson<'a> {
     name: &'a str,
     spacing_m: f64,
     samples_with_value: usize,
@@ -170,7 +172,7 @@ struct Surface<'a> {
 }
 
 #[derive(Serialize)]
-struct Sensor<'a> {
+struct SensorJson<'a> {
     name: &'a str,
     measure: &'static str,
     position_m: [f64; 3],
@@ -196,7 +198,7 @@ struct SensorGroup<'a> {
 }
 
 #[derive(Serialize)]
-struct Camera<'a> {
+struct CameraJson<'a> {
     name: &'a str,
     eye_m: [f64; 3],
     forward: [f64; 3],
@@ -211,7 +213,7 @@ struct Camera<'a> {
 }
 
 #[derive(Serialize)]
-struct Flux {
+struct FluxJson {
     emitted_lm: f64,
     absorbed_lm: f64,
     escaped_lm: f64,
@@ -219,12 +221,12 @@ struct Flux {
 }
 
 #[derive(Serialize)]
-struct Stage {
+struct StageJson {
     name: &'static str,
     seconds: f64,
 }
 
-impl<'a> Summary<'a> {
+impl<'a> SummaryJson<'a> {
     fn new(results: &'a Results) -> Self {
         let run = &results.run;
         Self {
@@ -247,11 +249,11 @@ impl<'a> Summary<'a> {
             triangles: run.triangles,
             luminaires: run.luminaires,
             maintenance_factor: run.maintenance_factor,
-            planes: results.maps.iter().map(|map| Plane::new(map, run)).collect(),
-            surfaces: results.surfaces.iter().map(Surface::new).collect(),
-            sensors: results.sensors.iter().map(|sensor| Sensor::new(sensor, run)).collect(),
-            cameras: results.images.iter().map(Camera::new).collect(),
-            flux: Flux::new(&run.flux),
+            planes: results.maps.iter().map(|map| PlaneJson::new(map, run)).collect(),
+            surfaces: results.surfaces.iter().map(SurfaceJson::new).collect(),
+            sensors: results.sensors.iter().map(|sensor| SensorJson::new(sensor, run)).collect(),
+            cameras: results.images.iter().map(CameraJson::new).collect(),
+            flux: FluxJson::new(&run.flux),
             stages: stages(run),
             total_s: run.total_seconds,
             peak_memory_bytes: (run.peak_memory > 0).then_some(run.peak_memory),
@@ -261,7 +263,7 @@ impl<'a> Summary<'a> {
     }
 }
 
-impl<'a> Plane<'a> {
+impl<'a> PlaneJson<'a> {
     fn new(map: &'a IlluminanceMap, run: &'a Run) -> Self {
         let found = statistics(map);
         let known = |figure: fn(&Statistics) -> f64| (found.cells > 0).then(|| figure(&found));
@@ -294,12 +296,12 @@ impl<'a> Plane<'a> {
             uniformity_error: known(|s| s.errors.uniformity),
             diversity_error: known(|s| s.errors.diversity),
             groups: map.groups.iter().zip(&run.groups).map(group).collect(),
-            areas: map.areas.iter().map(|area| Area::new(area, run.claim)).collect(),
+            areas: map.areas.iter().map(|area| AreaJson::new(area, run.claim)).collect(),
         }
     }
 }
 
-impl<'a> Area<'a> {
+impl<'a> AreaJson<'a> {
     fn new(area: &'a AreaFigures, claim: f64) -> Self {
         let found = &area.figures;
         let known = |figure: f64| (found.cells > 0).then_some(figure);
@@ -326,7 +328,7 @@ impl<'a> Area<'a> {
     }
 }
 
-impl<'a> Surface<'a> {
+impl<'a> SurfaceJson<'a> {
     fn new(map: &'a SurfaceMap) -> Self {
         let found = map.figures();
         let known = |figure: f64| (found.samples > 0).then_some(figure);
@@ -354,7 +356,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-impl<'a> Sensor<'a> {
+impl<'a> SensorJson<'a> {
     fn new(sensor: &'a SensorReading, run: &'a Run) -> Self {
         let group = |(group, name): (&GroupReading, &'a String)| SensorGroup {
             name,
@@ -378,7 +380,7 @@ impl<'a> Sensor<'a> {
     }
 }
 
-impl<'a> Camera<'a> {
+impl<'a> CameraJson<'a> {
     fn new(image: &'a CameraImage) -> Self {
         let [mean_luminance, max_luminance] = image.luminances();
         Self {
@@ -397,7 +399,7 @@ impl<'a> Camera<'a> {
     }
 }
 
-impl Flux {
+impl FluxJson {
     fn new(flux: &FluxBalance) -> Self {
         Self {
             emitted_lm: flux.emitted.0,
@@ -409,6 +411,6 @@ impl Flux {
 }
 
 /// Wall time of each stage.
-fn stages(run: &Run) -> Vec<Stage> {
-    run.seconds.iter().map(|&(name, seconds)| Stage { name, seconds }).collect()
+fn stages(run: &Run) -> Vec<StageJson> {
+    run.seconds.iter().map(|&(name, seconds)| StageJson { name, seconds }).collect()
 }

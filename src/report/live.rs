@@ -1,8 +1,8 @@
 //! The live page: one HTML file, without a network, in which luminaires are dimmed and the map follows.
 //!
-//! The map is the sum of the luminaires' layers, each times its dimming, and what does not dim. [`Page::write`] packs the
-//! layers into the page (`live/layers.rs`); its script adds them up, draws, reads the sensors and finds the dimming of least
-//! power (`live/*.js`, plain JavaScript, no library).
+//! The map is the sum of the luminaires' layers, each times its dimming, and what does not dim. [`Page::write`] packs
+//! the layers into the page (`live/layers.rs`); its script adds them up, draws, reads the sensors and finds the dimming
+//! of least power (`live/*.js`, plain JavaScript, no library).
 
 mod layers;
 mod units;
@@ -10,11 +10,11 @@ mod units;
 use std::io::Write as _;
 use std::path::Path;
 
+use maud::Render;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::files;
-use crate::report::html;
 use layers::Packer;
 use units::Unit;
 
@@ -53,13 +53,13 @@ pub struct Page<'a> {
     /// Unit of what luminaires draw: W, or what stands for it.
     pub unit: &'a str,
     /// What can be dimmed.
-    pub luminaires: Vec<Lamp>,
+    pub luminaires: Vec<LiveLamp>,
     /// Measuring planes; the first is shown first.
     pub planes: Vec<Map>,
     /// Illuminance sensors.
-    pub sensors: Vec<Sensor>,
-    /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long as
-    /// targets and places are those of the file; for others the page solves.
+    pub sensors: Vec<LiveSensor>,
+    /// Level of each luminaire in the command's solution for the sensors' targets. “Meet the targets” takes it as long
+    /// as targets and places are those of the file; for others the page solves.
     pub optimum: Option<Vec<f64>>,
     /// σ by which a sensor must be on the right side of its target to be called met.
     pub sigmas: f64,
@@ -67,7 +67,7 @@ pub struct Page<'a> {
 
 /// A luminaire that can be dimmed.
 #[derive(Clone, Debug)]
-pub struct Lamp {
+pub struct LiveLamp {
     /// Its name, by which dimming is saved and loaded.
     pub name: String,
     /// Its light group.
@@ -111,7 +111,7 @@ pub struct Map {
 
 /// An illuminance sensor.
 #[derive(Clone, Debug)]
-pub struct Sensor {
+pub struct LiveSensor {
     /// Its name.
     pub name: String,
     /// Where it is, world, m.
@@ -137,9 +137,9 @@ pub struct Sensor {
 impl Page<'_> {
     /// Writes the page, no larger than [`MOST_BYTES`].
     ///
-    /// The map errs by [`MAP_ERROR`] at most, sensors by [`SENSOR_ERROR`], as long as nothing has to be left out. Where the
-    /// page would be too large, blocks of 2 × 2, 4 × 4 … cells become one, as long as 30 remain along the longer side; then
-    /// the luminaires of a group are put together under one slider, and cells again. The page says so.
+    /// The map errs by [`MAP_ERROR`] at most, sensors by [`SENSOR_ERROR`], as long as nothing has to be left out. Where
+    /// the page would be too large, blocks of 2 × 2, 4 × 4 … cells become one, as long as 30 remain along the longer
+    /// side; then the luminaires of a group are put together under one slider, and cells again. The page says so.
     ///
     /// # Panics
     /// If a layer, mask or influence has another length than its plane or luminaires, or a value is not finite.
@@ -221,7 +221,7 @@ impl Page<'_> {
         let json = serde_json::to_string(&scene).expect("finite numbers and text").replace('<', "\\u003c");
         PAGE.replace("/*style*/", &[include_str!("report.css"), STYLE].concat())
             .replace("/*script*/", &SCRIPT.concat())
-            .replace("<!--title-->", &html::escape(self.title))
+            .replace("<!--title-->", &self.title.render().into_string())
             .replace("<!--version-->", env!("CARGO_PKG_VERSION"))
             .replace("<!--scene-->", &json)
             .replace("<!--layers-->", &packer.finish())
@@ -286,7 +286,8 @@ struct SceneData<'a> {
     colours: String,
 }
 
-/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, cells' errors, each unit's light.
+/// A plane without its layers. Packed in this order: whether cells have a value, the light that does not dim, cells'
+/// errors, each unit's light.
 #[derive(Serialize)]
 struct PlaneData<'a> {
     name: &'a str,
@@ -331,8 +332,8 @@ struct SensorData<'a> {
 }
 
 impl<'a> SensorData<'a> {
-    fn of(sensor: &'a Sensor) -> Self {
-        let Sensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
+    fn of(sensor: &'a LiveSensor) -> Self {
+        let LiveSensor { name, position, plane, noise, offset, target, tolerance, .. } = sensor;
         Self {
             name,
             position: *position,

@@ -1,8 +1,9 @@
 //! What a run leaves behind: EXR, PNG, CSV, JSON, HTML and a table.
 //!
-//! [`write()`] puts everything into a folder; each format has a module of its own, which writes to memory or to any writer.
-//! Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program (EXR, CSV,
-//! JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is refused.
+//! [`write()`] puts everything into a folder; each format has a module of its own, which writes to memory or to any
+//! writer. Numbers meant for a person (PNG, HTML, table) have four significant digits, numbers meant for a program
+//! (EXR, CSV, JSON) all that single precision holds, or more. Nothing here writes NaN or infinity: a map with one is
+//! refused.
 
 pub mod csv;
 pub mod exr;
@@ -34,12 +35,13 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Error> {
 }
 
 /// Writes every result into `folder`, making it where it's missing: `<plane>.exr`, `.png` and `.csv` for each measuring
-/// plane, `<surface>.ply` and `.csv` for each measured surface, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png` (false
-/// colours) for each camera, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups are told apart,
-/// `summary.json` and `report.html`.
+/// plane, `<surface>.ply` and `.csv` for each measured surface, `<camera>.exr`, `.png` (tone-mapped) and `-lux.png`
+/// (false colours) for each camera, `sensors.csv` where the scene has sensors, `groups.csv` where their light groups
+/// are told apart, `summary.json` and `report.html`.
 ///
-/// All are written elsewhere first and then renamed, so that a file under its own name is whole, and on an error those of an
-/// earlier run stay as they are. Returns the paths in the order they were written. Planes, surfaces and cameras get their file names from [`stems_with_cameras`].
+/// All are written elsewhere first and then renamed, so that a file under its own name is whole, and on an error those
+/// of an earlier run stay as they are. Returns the paths in the order they were written. Planes, surfaces and cameras
+/// get their file names from [`stems_with_cameras`].
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written, and where a result is NaN or infinite.

@@ -1,8 +1,7 @@
 //! Charts as inline SVG, drawn to be read on a phone as well; colours come from the page's style.
 
-use std::fmt::Write as _;
+use maud::{Markup, Render, html};
 
-use crate::report::html::escape;
 use crate::text::number::round_to;
 
 /// Size of a chart in its own units; text is 13 of them high.
@@ -19,14 +18,14 @@ const DIGIT: f64 = 8.3;
 
 /// How values become places.
 #[derive(Clone, Copy)]
-pub(crate) enum Scale {
+pub(crate) enum AxisScale {
     Linear,
     Logarithmic,
     /// Linear around 0, logarithmic beyond the threshold.
     Symmetric(f64),
 }
 
-impl Scale {
+impl AxisScale {
     fn apply(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -40,7 +39,7 @@ impl Scale {
 pub(crate) struct Axis {
     title: String,
     unit: &'static str,
-    scale: Scale,
+    scale: AxisScale,
     low: f64,
     high: f64,
 }
@@ -49,7 +48,7 @@ impl Axis {
     /// A linear axis from `low` to `high`; without a unit it has no ticks.
     pub(crate) fn linear(title: &str, unit: &'static str, low: f64, high: f64) -> Self {
         let high = if high > low { high } else { low + 1.0 };
-        Self { title: title.into(), unit, scale: Scale::Linear, low, high }
+        Self { title: title.into(), unit, scale: AxisScale::Linear, low, high }
     }
 
     /// A logarithmic axis with room around the positive ones of `values`.
@@ -59,7 +58,7 @@ impl Axis {
             .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
         let (low, high) = if high > 0.0 { (low, high) } else { (1.0, 1.0) };
         let room = (2.0 / (high / low).sqrt()).max(1.3); // at least a factor of four in all
-        Self { title: title.into(), unit, scale: Scale::Logarithmic, low: low / room, high: high * room }
+        Self { title: title.into(), unit, scale: AxisScale::Logarithmic, low: low / room, high: high * room }
     }
 
     /// An axis of both signs around 0.
@@ -72,7 +71,7 @@ impl Axis {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((-2.0 * threshold, 2.0 * threshold), |(low, high), value| (low.min(value), high.max(value)));
-        Self { title: title.into(), unit, scale: Scale::Symmetric(threshold), low: 1.4 * low, high: 1.4 * high }
+        Self { title: title.into(), unit, scale: AxisScale::Symmetric(threshold), low: 1.4 * low, high: 1.4 * high }
     }
 
     /// The least and the largest value that has a place.
@@ -88,7 +87,7 @@ impl Axis {
 
     /// Round values on the axis, and whether there is room for their text: 1, 2 and 5 in every decade.
     fn ticks(&self, length: f64, gap: f64) -> Vec<(f64, bool)> {
-        if matches!(self.scale, Scale::Linear) {
+        if matches!(self.scale, AxisScale::Linear) {
             if self.unit.is_empty() {
                 return Vec::new();
             }
@@ -101,12 +100,12 @@ impl Axis {
             return numbers.map(|number| (round_to(number as f64 * step, 6), true)).collect();
         }
         let (signs, least): (&[f64], f64) = match self.scale {
-            Scale::Linear => (&[], 0.0),
-            Scale::Logarithmic => (&[1.0], self.low),
-            Scale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
+            AxisScale::Linear => (&[], 0.0),
+            AxisScale::Logarithmic => (&[1.0], self.low),
+            AxisScale::Symmetric(threshold) => (&[1.0, -1.0], threshold),
         };
         let decades = least.log10().floor() as i32 - 1..=self.high.abs().max(self.low.abs()).log10().ceil() as i32;
-        let zero = matches!(self.scale, Scale::Symmetric(_)).then_some(0.0);
+        let zero = matches!(self.scale, AxisScale::Symmetric(_)).then_some(0.0);
         let candidates = zero.into_iter().chain([1.0, 5.0, 2.0].into_iter().flat_map(|digit| {
             decades
                 .clone()
@@ -124,7 +123,7 @@ impl Axis {
     /// A tick's text, in plain decimals.
     fn text(&self, value: f64) -> String {
         let sign = match self.scale {
-            Scale::Symmetric(_) if value > 0.0 => "+",
+            AxisScale::Symmetric(_) if value > 0.0 => "+",
             _ if value < 0.0 => "−",
             _ => "",
         };
@@ -155,7 +154,7 @@ pub(crate) enum Side {
 }
 
 /// Points joined by a line, with their name at the end.
-pub(crate) struct Series {
+pub(crate) struct ChartSeries {
     /// Number of its colour and shape.
     pub(crate) hue: usize,
     /// Number among the series of that colour.
@@ -172,8 +171,45 @@ pub(crate) struct Chart {
     left: f64,
     right: f64,
     height: f64,
-    under: String,
-    over: String,
+    under: Elements,
+    over: Elements,
+}
+
+/// Elements of a drawing, one on each line.
+#[derive(Default)]
+struct Elements(String);
+
+impl Elements {
+    fn add(&mut self, element: &Markup) {
+        self.0.push_str(&element.0);
+        self.0.push('\n');
+    }
+}
+
+impl Render for Elements {
+    fn render_to(&self, page: &mut String) {
+        page.push_str(&self.0);
+    }
+}
+
+/// A length with one decimal.
+fn tenth(length: f64) -> String {
+    format!("{length:.1}")
+}
+
+/// Places of a curve's or polygon's corners.
+fn corners(places: &[[f64; 2]]) -> String {
+    places.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
+}
+
+/// A straight line from one place to another.
+fn straight(class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Markup {
+    html! { line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {} }
+}
+
+/// Text at a place that it begins at, ends at or has in its middle.
+fn label(class: Option<&str>, [x, y]: [f64; 2], anchor: Option<&str>, text: &str) -> Markup {
+    html! { text class=[class] x=(tenth(x)) y=(tenth(y)) text-anchor=[anchor] { (text) } }
 }
 
 impl Chart {
@@ -183,7 +219,7 @@ impl Chart {
         let ticks = y.ticks(HEIGHT - TOP - BOTTOM, 18.0);
         let texts = ticks.iter().filter(|(_, labelled)| *labelled).map(|(value, _)| y.text(*value).chars().count());
         let left = (12.0 + DIGIT * texts.max().unwrap_or(0) as f64).max(LEFT);
-        Self { x, y, left, right, height: HEIGHT, under: String::new(), over: String::new() }
+        Self { x, y, left, right, height: HEIGHT, under: Elements::default(), over: Elements::default() }
     }
 
     /// The same with room for names of so many letters at its left, and so high between its axes.
@@ -203,79 +239,55 @@ impl Chart {
 
     /// A straight line between two points, cut at the frame.
     pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
-        let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
-        let _ = writeln!(
-            self.under,
-            "<line class=\"{class}\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>"
-        );
+        self.under.add(&straight(class, self.place(from), self.place(to)));
     }
 
     /// A filled polygon, cut at the frame.
-    pub(crate) fn area(&mut self, corners: &[[f64; 2]], class: &str) {
-        let corners: Vec<String> =
-            corners.iter().map(|&corner| self.place(corner)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let _ = writeln!(self.under, "<polygon class=\"{class}\" points=\"{}\"/>", corners.join(" "));
+    pub(crate) fn area(&mut self, points: &[[f64; 2]], class: &str) {
+        let points = corners(&points.iter().map(|&point| self.place(point)).collect::<Vec<_>>());
+        self.under.add(&html! { polygon class=(class) points=(points) {} });
     }
 
     /// A thin line without marks, cut at the frame.
     pub(crate) fn trace(&mut self, points: &[[f64; 2]], class: &str) {
-        let points: Vec<String> =
-            points.iter().map(|&point| self.place(point)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let _ = writeln!(self.under, "<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "));
+        let points = corners(&points.iter().map(|&point| self.place(point)).collect::<Vec<_>>());
+        self.under.add(&html! { polyline class=(class) points=(points) {} });
     }
 
     /// A rectangle between two corners, cut at the frame, filled as much as `share` says.
     pub(crate) fn cell(&mut self, from: [f64; 2], to: [f64; 2], share: f64, class: &str) {
         let ([x1, y1], [x2, y2]) = (self.place(from), self.place(to));
-        let (x, y, width, height) = (x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs());
-        let _ = writeln!(
-            self.under,
-            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{height:.2}\" \
-             fill-opacity=\"{share:.2}\"/>"
-        );
+        let (x, y) = (tenth(x1.min(x2)), tenth(y1.min(y2)));
+        let [width, height, share] = [(x2 - x1).abs(), (y2 - y1).abs(), share].map(|value| format!("{value:.2}"));
+        self.under.add(&html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) fill-opacity=(share) {} });
     }
 
     /// Text `offset` right of and below a point, which it ends at or begins with.
     pub(crate) fn note(&mut self, at: [f64; 2], offset: [f64; 2], ends: bool, text: &str) {
         let [x, y] = self.place(at);
         let anchor = if ends { "end" } else { "start" };
-        let (x, y) = (x + offset[0], y + offset[1]);
-        let _ = writeln!(
-            self.over,
-            "<text class=\"note\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
-            escape(text)
-        );
+        self.over.add(&label(Some("note"), [x + offset[0], y + offset[1]], Some(anchor), text));
     }
 
     /// Draws all series, then their names, so that no name hides under a curve or on another name.
-    pub(crate) fn series(&mut self, all: &[Series]) {
+    pub(crate) fn series(&mut self, all: &[ChartSeries]) {
         let mut names: Vec<Name> = Vec::new();
         for series in all {
             let places: Vec<[f64; 2]> = series.marks.iter().map(|mark| self.place(mark.at)).collect();
-            let path: Vec<String> = places.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-            let Series { hue, dash, .. } = series;
-            let _ = writeln!(
-                self.over,
-                "<g class=\"m{hue} d{dash}\">\n<polyline class=\"curve\" points=\"{}\"/>",
-                path.join(" ")
-            );
+            let mut elements = Elements::default();
+            elements.add(&html! { polyline class="curve" points=(corners(&places)) {} });
             for (mark, &[x, y]) in series.marks.iter().zip(&places) {
                 if let Some(spread) = mark.spread {
-                    let [top, bottom] =
-                        [mark.at[1] + spread, mark.at[1] - spread].map(|y| self.place([mark.at[0], y])[1]);
-                    let _ = writeln!(
-                        self.over,
-                        "<line class=\"spread\" x1=\"{x:.1}\" y1=\"{top:.1}\" x2=\"{x:.1}\" y2=\"{bottom:.1}\"/>"
-                    );
+                    let end = |y: f64| [x, self.place([mark.at[0], y])[1]];
+                    elements.add(&straight("spread", end(mark.at[1] + spread), end(mark.at[1] - spread)));
                 }
                 let class = if mark.hollow { "mark hollow" } else { "mark" };
-                let (shape, hint) = (shape(*hue), escape(&mark.hint));
-                let _ = writeln!(
-                    self.over,
-                    "<path class=\"{class}\" transform=\"translate({x:.1} {y:.1})\" d=\"{shape}\"><title>{hint}</title></path>"
-                );
+                let moved = format!("translate({x:.1} {y:.1})");
+                elements.add(&html! {
+                    path class=(class) transform=(moved) d=(shape(series.hue)) { title { (mark.hint) } }
+                });
             }
-            self.over += "</g>\n";
+            self.over.add(&html! { g class={ "m" (series.hue) " d" (series.dash) } { "\n" (elements) } });
             if let Some(&[x, y]) = places.last() {
                 let width = LETTER * series.label.chars().count() as f64;
                 let x = match series.side {
@@ -283,63 +295,57 @@ impl Chart {
                     Side::Left | Side::Right => x + 10.0,
                     Side::Outside => self.left + self.plot_width() + 8.0,
                 };
-                names.push(Name { x, y: y + 4.5, width, hue: *hue, text: series.label.clone() });
+                names.push(Name { x, y: y + 4.5, width, hue: series.hue, text: series.label.clone() });
             }
         }
-        for name in apart(names) {
-            let Name { x, y, hue, text, .. } = name;
-            let text = escape(&text);
-            let _ = writeln!(self.over, "<text class=\"name m{hue}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>");
+        for Name { x, y, hue, text, .. } in apart(names) {
+            self.over.add(&label(Some(&format!("name m{hue}")), [x, y], None, &text));
         }
     }
 
-    /// The chart, with what it shows in words.
-    pub(crate) fn svg(&self, description: &str) -> String {
+    /// The lines across the frame at the axes' ticks, with their texts.
+    fn grid(&self) -> Elements {
         let (left, width, height) = (self.left, self.plot_width(), self.height - TOP - BOTTOM);
         let (right, bottom) = (left + width, TOP + height);
-        let mut grid = String::new();
+        let mut grid = Elements::default();
         for (value, labelled) in self.x.ticks(width, 46.0) {
             let x = left + width * self.x.share(value);
-            let class = if labelled { "grid" } else { "grid fine" };
-            let _ =
-                writeln!(grid, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{TOP}\" x2=\"{x:.1}\" y2=\"{bottom}\"/>");
+            grid.add(&straight(if labelled { "grid" } else { "grid fine" }, [x, TOP], [x, bottom]));
             if labelled {
-                let text = self.x.text(value);
-                let _ = writeln!(
-                    grid,
-                    "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
-                    bottom + 17.0
-                );
+                grid.add(&label(None, [x, bottom + 17.0], Some("middle"), &self.x.text(value)));
             }
         }
         for (value, labelled) in self.y.ticks(height, 18.0) {
             let y = TOP + height * (1.0 - self.y.share(value));
-            let class = if value == 0.0 {
-                "grid zero"
-            } else if labelled {
-                "grid"
-            } else {
-                "grid fine"
+            let class = match labelled {
+                _ if value == 0.0 => "grid zero",
+                true => "grid",
+                false => "grid fine",
             };
-            let _ =
-                writeln!(grid, "<line class=\"{class}\" x1=\"{left}\" y1=\"{y:.1}\" x2=\"{right:.1}\" y2=\"{y:.1}\"/>");
+            grid.add(&straight(class, [left, y], [right, y]));
             if labelled {
-                let (x, y, text) = (left - 6.0, y + 4.5, self.y.text(value));
-                let _ = writeln!(grid, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>");
+                grid.add(&label(None, [left - 6.0, y + 4.5], Some("end"), &self.y.text(value)));
             }
         }
-        let (x_title, y_title) = (escape(&self.x.title), escape(&self.y.title));
-        let Self { under, over, height: whole, .. } = self;
-        let title_y = whole - 8.0;
+        grid
+    }
+
+    /// The chart, with what it shows in words.
+    pub(crate) fn svg(&self, description: &str) -> Markup {
+        let (left, width, height) = (self.left, self.plot_width(), self.height - TOP - BOTTOM);
+        let (right, foot) = (left + width, self.height - 8.0);
         // An inner picture with the same coordinates cuts what lies under the curves.
-        format!(
-            "<svg viewBox=\"0 0 {WIDTH} {whole}\" role=\"img\" aria-label=\"{}\">\n{grid}\
-             <text class=\"axis\" x=\"4\" y=\"16\">{y_title}</text>\n\
-             <text class=\"axis\" x=\"{right:.1}\" y=\"{title_y}\" text-anchor=\"end\">{x_title}</text>\n\
-             <svg x=\"{left}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\" \
-             viewBox=\"{left} {TOP} {width:.1} {height}\">\n{under}</svg>\n{over}</svg>\n",
-            escape(description),
-        )
+        html! {
+            svg viewBox={ "0 0 " (WIDTH.to_string()) " " (self.height.to_string()) } role="img" aria-label=(description) {
+                "\n" (self.grid())
+                (label(Some("axis"), [4.0, 16.0], None, &self.y.title)) "\n"
+                (label(Some("axis"), [right, foot], Some("end"), &self.x.title)) "\n"
+                svg x=(left.to_string()) y=(TOP.to_string()) width=(tenth(width)) height=(height.to_string())
+                    viewBox=(format!("{left} {TOP} {width:.1} {height}")) { "\n" (self.under) }
+                "\n" (self.over)
+            }
+            "\n"
+        }
     }
 }
 
@@ -390,62 +396,60 @@ pub(crate) struct Bar {
 }
 
 /// Bars of equal length, one below the other, each divided into the shares of its parts.
-pub(crate) fn shares(names: &[&str], bars: &[Bar], description: &str) -> String {
+pub(crate) fn shares(names: &[&str], bars: &[Bar], description: &str) -> Markup {
     const STEP: f64 = 21.0;
     let letters = bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as f64;
     let (left, right) = ((8.0 + LETTER * letters).min(180.0), 60.0);
-    let width = WIDTH - left - right;
     let used: Vec<usize> = (0..names.len()).filter(|&i| bars.iter().any(|bar| bar.parts[i] > 0.0)).collect();
-    let mut svg = String::new();
-    let (mut x, mut y) = (4.0, 14.0);
-    for &part in &used {
-        let needed = 30.0 + LETTER * names[part].chars().count() as f64;
-        if x + needed > WIDTH {
-            (x, y) = (4.0, y + 19.0);
-        }
-        let _ = writeln!(
-            svg,
-            "<rect class=\"s{part}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"11\" height=\"11\"/><text x=\"{:.1}\" y=\"{y:.1}\">{}</text>",
-            y - 10.0,
-            x + 16.0,
-            escape(names[part])
-        );
-        x += needed;
-    }
-    let first = y + 12.0;
+    let mut elements = Elements::default();
+    let first = key(names, &used, &mut elements) + 12.0;
+    let mut gaps = 0.0;
     for (row, bar) in bars.iter().enumerate() {
-        let gap = 7.0 * (1..=row).filter(|&above| bars[above].hue != bars[above - 1].hue).count() as f64;
-        let y = first + STEP * row as f64 + gap;
+        if row > 0 && bar.hue != bars[row - 1].hue {
+            gaps += 7.0;
+        }
+        let y = first + STEP * row as f64 + gaps;
         let baseline = y + 13.5;
-        let (hue, label, total) = (bar.hue, escape(&bar.label), escape(&bar.total));
-        let _ = writeln!(svg, "<text class=\"row m{hue}\" x=\"4\" y=\"{baseline:.1}\">{label}</text>");
+        elements.add(&label(Some(&format!("row m{}", bar.hue)), [4.0, baseline], None, &bar.label));
         let whole: f64 = bar.parts.iter().sum();
         let mut x = left;
         for &part in &used {
-            let length = if whole > 0.0 { width * bar.parts[part] / whole } else { 0.0 };
+            let length = if whole > 0.0 { (WIDTH - left - right) * bar.parts[part] / whole } else { 0.0 };
             if length > 0.0 {
-                let share = 100.0 * bar.parts[part] / whole;
-                let name = escape(names[part]);
-                let _ = writeln!(
-                    svg,
-                    "<rect class=\"s{part}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{length:.1}\" height=\"18\"><title>{name} {share:.0} %</title></rect>"
-                );
-                if length > 14.0 + 6.2 * names[part].chars().count() as f64 {
-                    let middle = x + length / 2.0;
-                    let _ = writeln!(
-                        svg,
-                        "<text class=\"part\" x=\"{middle:.1}\" y=\"{baseline:.1}\" text-anchor=\"middle\">{name}</text>"
-                    );
+                let name = names[part];
+                let hint = format!("{name} {:.0} %", 100.0 * bar.parts[part] / whole);
+                elements.add(&html! {
+                    rect class={ "s" (part) } x=(tenth(x)) y=(tenth(y)) width=(tenth(length)) height="18" { title { (hint) } }
+                });
+                if length > 14.0 + 6.2 * name.chars().count() as f64 {
+                    elements.add(&label(Some("part"), [x + length / 2.0, baseline], Some("middle"), name));
                 }
             }
             x += length;
         }
-        let _ = writeln!(svg, "<text x=\"{WIDTH}\" y=\"{baseline:.1}\" text-anchor=\"end\">{total}</text>");
+        elements.add(&label(None, [WIDTH, baseline], Some("end"), &bar.total));
     }
-    let gaps = 7.0 * bars.windows(2).filter(|pair| pair[0].hue != pair[1].hue).count() as f64;
     let height = first + STEP * bars.len() as f64 + gaps;
-    let description = escape(description);
-    format!("<svg viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{description}\">\n{svg}</svg>\n")
+    html! {
+        svg viewBox=(format!("0 0 {WIDTH} {height:.0}")) role="img" aria-label=(description) { "\n" (elements) } "\n"
+    }
+}
+
+/// Colours and names of the parts that are used, above the bars; returns the last line's height.
+fn key(names: &[&str], used: &[usize], elements: &mut Elements) -> f64 {
+    let (mut x, mut y) = (4.0, 14.0);
+    for &part in used {
+        let needed = 30.0 + LETTER * names[part].chars().count() as f64;
+        if x + needed > WIDTH {
+            (x, y) = (4.0, y + 19.0);
+        }
+        elements.add(&html! {
+            rect class={ "s" (part) } x=(tenth(x)) y=(tenth(y - 10.0)) width="11" height="11" {}
+            (label(None, [x + 16.0, y], None, names[part]))
+        });
+        x += needed;
+    }
+    y
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! The false-colour picture of a map: what a person looks at first.
 //!
-//! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a hundredth of
-//! the cells where those few are far brighter), isolux lines stand at the legend's ticks and carry their value in lx,
-//! luminaires are outlined, cells where no light can arrive are hatched. The plane is seen from the measured side, `along`
-//! to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of few cells show them as squares; others
-//! are interpolated between the cells' centres, or averaged where there are more cells than pixels.
+//! Colours run from the lowest to the highest value of the map (viridis, linear in lx; cut off above all but a
+//! hundredth of the cells where those few are far brighter), isolux lines stand at the legend's ticks and carry their
+//! value in lx, luminaires are outlined, cells where no light can arrive are hatched. The plane is seen from the
+//! measured side, `along` to the right and `across` up, to scale unless it's thinner than 1 : 8. Maps of few cells show
+//! them as squares; others are interpolated between the cells' centres, or averaged where there are more cells than
+//! pixels.
 
 mod canvas;
 pub(super) mod drawing;
@@ -76,8 +77,8 @@ pub fn picture(map: &IlluminanceMap, run: &Run) -> io::Result<Vec<u8>> {
     canvas.encode()
 }
 
-/// The value at which the colours end: the highest, unless a few bright cells (a caustic, a lamp's foot) would leave none
-/// for the others. Then it is what one cell in a hundred exceeds.
+/// The value at which the colours end: the highest, unless a few bright cells (a caustic, a lamp's foot) would leave
+/// none for the others. Then it is what one cell in a hundred exceeds.
 fn brightest_shown(map: &IlluminanceMap, found: &Statistics) -> f64 {
     let mut values: Vec<f64> = map.values().flatten().collect();
     let Some(rank) = values.len().checked_sub(1 + values.len() / 100) else { return found.max.0 };
@@ -226,12 +227,12 @@ fn title(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap, run: &Run) 
 }
 
 /// An axis of the picture: metres in world coordinates where it runs along one, else metres from the corner.
-struct Axis {
+struct PictureAxis {
     label: String,
     scale: Scale,
 }
 
-impl Axis {
+impl PictureAxis {
     fn new(name: &str, extent: DVec3, corner: DVec3, pixels: i32) -> Self {
         let length = if extent.length() > 0.0 { extent.length() } else { 1.0 };
         let world =
@@ -249,7 +250,7 @@ impl Axis {
 fn axes(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap) {
     let ([left, top], [width, height]) = (layout.map, layout.size);
     let (bottom, half_line) = (top + height, NORMAL.height() / 2);
-    let horizontal = Axis::new("along", map.along, map.corner, width);
+    let horizontal = PictureAxis::new("along", map.along, map.corner, width);
     for tick in horizontal.scale.ticks() {
         let x = left + (horizontal.scale.share(tick) * f64::from(width)).round() as i32;
         let label = horizontal.scale.label(tick);
@@ -259,7 +260,7 @@ fn axes(canvas: &mut Canvas, layout: &Layout, map: &IlluminanceMap) {
     let label = if to_scale(map, layout.size) { horizontal.label } else { horizontal.label + " (not to scale)" };
     let end = left + width - NORMAL.width(&label);
     canvas.text([end.max(left), bottom + 40], &label, NORMAL, QUIET);
-    let vertical = Axis::new("across", map.across, map.corner, height);
+    let vertical = PictureAxis::new("across", map.across, map.corner, height);
     for tick in vertical.scale.ticks() {
         let y = bottom - (vertical.scale.share(tick) * f64::from(height)).round() as i32;
         let label = vertical.scale.label(tick);

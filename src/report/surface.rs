@@ -11,8 +11,8 @@ use crate::text::number::round_to;
 /// Columns of a surface's CSV.
 const COLUMNS: &str = "x_m,y_m,z_m,nx,ny,nz,area_m2,E_lx,standard_error_lx";
 
-/// One line for each sample: its middle, its normal, its area, E and its standard error (1 σ), both empty where no light
-/// can arrive.
+/// One line for each sample: its middle, its normal, its area, E and its standard error (1 σ), both empty where no
+/// light can arrive.
 ///
 /// # Errors
 /// Where `out` fails, and where a value isn't finite.
@@ -40,9 +40,9 @@ pub fn write_csv(map: &SurfaceMap, out: &mut impl Write) -> io::Result<()> {
 /// Colour of samples without a value.
 const GREY: [u8; 3] = [128; 3];
 
-/// The samples as a mesh (PLY, binary, little endian): faces with `illuminance` and `standard_error` in lx, `has_value` 0
-/// where no light can arrive, and a false colour from 0 to E_max. Each face has vertices of its own, which carry its colour
-/// and illuminance too, as some programs read colours at vertices only.
+/// The samples as a mesh (PLY, binary, little endian): faces with `illuminance` and `standard_error` in lx, `has_value`
+/// 0 where no light can arrive, and a false colour from 0 to E_max. Each face has vertices of its own, which carry its
+/// colour and illuminance too, as some programs read colours at vertices only.
 ///
 /// # Errors
 /// Where `out` fails, and where a value isn't finite.

@@ -133,7 +133,8 @@ fn a_map_without_values_or_light_has_figures_without_nan() {
     assert_eq!((dark.uniformity, dark.diversity, dark.relative_error()), (0.0, 0.0, 0.0));
 }
 
-/// Every value keeps its 32 bits and its place, whatever the size: less than, equal to and more than a block of 16 rows.
+/// Every value keeps its 32 bits and its place, whatever the size: less than, equal to and more than a block of 16
+/// rows.
 #[test]
 fn exr_reads_back_bit_by_bit() {
     for cells in [[1, 1], [3, 3], [33, 33], [1, 500], [500, 1], [16, 16], [17, 32]] {
@@ -376,7 +377,8 @@ fn a_failed_write_leaves_the_old_file_and_no_other() {
     assert_eq!(folder.names(), ["summary.json"]);
 }
 
-/// The image of a camera: `columns` × `rows` pixels, each value its pixel's number plus a layer's own; `channels` of light.
+/// The image of a camera: `columns` × `rows` pixels, each value its pixel's number plus a layer's own; `channels` of
+/// light.
 fn view(channels: usize) -> CameraImage {
     let [columns, rows] = [5, 3];
     let layer = |channels: usize, first: f32| {
@@ -459,8 +461,8 @@ fn an_image_with_a_value_that_is_not_finite_is_refused_by_layer_and_pixel() {
     assert!(png::tone_mapped(&image).unwrap_err().to_string().contains("incomplete"));
 }
 
-/// Reinhard's operator: the log-average luminance L̄ is shown at 0.18 (1 + 0.18/W²)/1.18 of white, the brightest at white,
-/// nothing at black; W = 0.18 · 1600/L̄.
+/// Reinhard's operator: the log-average luminance L̄ is shown at 0.18 (1 + 0.18/W²)/1.18 of white, the brightest at
+/// white, nothing at black; W = 0.18 · 1600/L̄.
 #[test]
 fn the_tone_mapped_picture_shows_middle_grey_and_white_where_reinhard_puts_them() {
     let mut image = view(1);

@@ -45,8 +45,8 @@ pub struct AreaFigures {
 }
 
 impl AreaFigures {
-    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it. `claim` is
-    /// that of the run.
+    /// Whether the figures reach what is required; `None` where nothing is. An area without a value misses it. `claim`
+    /// is that of the run.
     pub fn verdict(&self, claim: f64) -> Option<Verdict> {
         let Required { mean, uniformity } = self.required;
         let Statistics { errors, .. } = self.figures;
@@ -93,7 +93,7 @@ impl Rectangle {
 }
 
 /// A part of a plane that has figures of its own.
-pub(crate) struct Part {
+pub(crate) struct AreaPart {
     name: String,
     kind: AreaKind,
     required: Required,
@@ -101,9 +101,9 @@ pub(crate) struct Part {
     pub(crate) cells: Vec<usize>,
 }
 
-/// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its bands.
-/// Surrounding and background end at the margin; a band without any cell in it is left out.
-pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<Part> {
+/// Every area of a plane with these sides (m) and cells, in its order: within the margin, then each task with its
+/// bands. Surrounding and background end at the margin; a band without any cell in it is left out.
+pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2]) -> Vec<AreaPart> {
     if areas.is_empty() {
         return Vec::new();
     }
@@ -111,7 +111,7 @@ pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2
         let at = [cell % cells[0], cell / cells[0]];
         [0, 1].map(|axis| sides[axis] * (at[axis] as f64 + 0.5) / cells[axis] as f64)
     };
-    let part = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| Part {
+    let part = |name: &str, kind, required, belongs: &dyn Fn([f64; 2]) -> bool| AreaPart {
         name: name.to_owned(),
         kind,
         required,
@@ -138,7 +138,7 @@ pub(crate) fn parts(areas: &Areas, name: &str, sides: [f64; 2], cells: [usize; 2
 /// Figures of every area of a plane; `known` of each in turn, or of none.
 pub fn figures(areas: &Areas, map: &IlluminanceMap, known: &[Extremes]) -> Vec<AreaFigures> {
     let parts = parts(areas, &map.name, [map.along.length(), map.across.length()], map.cells);
-    let of_part = |(index, part): (usize, Part)| AreaFigures {
+    let of_part = |(index, part): (usize, AreaPart)| AreaFigures {
         figures: of_cells(map, part.cells.into_iter(), known.get(index)),
         name: part.name,
         kind: part.kind,
@@ -147,8 +147,8 @@ pub fn figures(areas: &Areas, map: &IlluminanceMap, known: &[Extremes]) -> Vec<A
     parts.into_iter().enumerate().map(of_part).collect()
 }
 
-/// Largest cell that EN 12464-1 (4.4) allows on an area of these sides, m: p = 0.2 · 5^(lg d), at most 10 m. d is the longer
-/// side, but the shorter one where the longer is twice as long or more.
+/// Largest cell that EN 12464-1 (4.4) allows on an area of these sides, m: p = 0.2 · 5^(lg d), at most 10 m. d is the
+/// longer side, but the shorter one where the longer is twice as long or more.
 pub fn grid_spacing(sides: [f64; 2]) -> f64 {
     let (short, long) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
     let d = if long >= 2.0 * short { short } else { long };

@@ -6,9 +6,9 @@ use crate::error::invalid;
 use crate::results::IlluminanceMap;
 use crate::units::luminance;
 
-/// The image of one camera. Pixels are row by row from the top left; world coordinates. Light, albedo and normal are means
-/// over a pixel's square, times the share of it that is covered (as EXR's alpha has it); depth and position are those of
-/// the ray through its middle.
+/// The image of one camera. Pixels are row by row from the top left; world coordinates. Light, albedo and normal are
+/// means over a pixel's square, times the share of it that is covered (as EXR's alpha has it); depth and position are
+/// those of the ray through its middle.
 #[derive(Clone, Debug)]
 pub struct CameraImage {
     /// Name of the camera.

@@ -3,7 +3,7 @@
 /// Shares of a target that don't matter, whatever rounding left them: none of the digits printed shows them.
 pub const ROUNDING: f64 = 1e-6;
 
-/// How sure it must be that all targets are met, where nobody says.
+/// Confidence with which all targets must be met, where none is given.
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Whether E (lx) reaches a target.
@@ -16,8 +16,8 @@ pub fn is_within(lux: f64, [least, most]: [f64; 2]) -> bool {
     reaches(lux, least) && lux <= most * (1.0 + ROUNDING) + ROUNDING
 }
 
-/// How many σ a normal deviate stays within on one side so that all of `count` do with this confidence (0 … 1), by Bonferroni's
-/// inequality; Hastings' approximation of the quantile, within 5·10⁻⁴ (Abramowitz and Stegun 26.2.23).
+/// How many σ a normal deviate stays within on one side so that all of `count` do with this confidence (0 … 1), by
+/// Bonferroni's inequality; Hastings' approximation of the quantile, within 5·10⁻⁴ (Abramowitz and Stegun 26.2.23).
 pub fn sigmas(confidence: f64, count: usize) -> f64 {
     let tail = ((1.0 - confidence) / count.max(1) as f64).clamp(1e-15, 0.5);
     let t = (-2.0 * tail.ln()).sqrt();

@@ -68,8 +68,8 @@ pub struct IlluminanceMap {
     pub extremes: Option<Extremes>,
     /// Figures of parts of the plane, where the scene asks for some.
     pub areas: Vec<AreaFigures>,
-    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up to
-    /// E, and a part may read a little below 0.
+    /// The part of each light group, in the order of [`Run::groups`]; none where they are not told apart. They add up
+    /// to E, and a part may read a little below 0.
     pub groups: Vec<GroupMap>,
 }
 
@@ -153,7 +153,8 @@ pub struct Run {
     pub photon_rays: u64,
     /// Rays cast from the measuring points: for what has bounced, for shadows, and in the plane.
     pub gather_rays: u64,
-    /// Share of a point's light that luminaires left out for their weakness may have brought at most: mean, and largest.
+    /// Share of a point's light that luminaires left out for their weakness may have brought at most: mean, and
+    /// largest.
     pub left_out: [f64; 2],
     /// Where the photons' flux went.
     pub flux: FluxBalance,
@@ -169,10 +170,10 @@ pub struct Run {
     pub groups: Vec<String>,
     /// Smallest and largest maintenance factor in the luminaires' flux; `None` where the scene gives none.
     pub maintenance_factor: Option<[f64; 2]>,
-    /// Standard error of the cells of the worst map, or of the worst sensor where there is no map, as a part of its mean: what
-    /// `--error` bounds.
+    /// Standard error of the cells of the worst map, or of the worst sensor where there is no map, as a part of its
+    /// mean: what `--error` bounds.
     pub claim: f64,
-    /// What the user ought to know.
+    /// What the user should know.
     pub warnings: Vec<String>,
 }
 
@@ -185,7 +186,7 @@ pub struct FluxBalance {
     pub absorbed: Lumens,
     /// Left the scene without meeting anything.
     pub escaped: Lumens,
-    /// Still under way at the safety cap on bounces.
+    /// Still not absorbed at the safety cap on bounces.
     pub cut_off: Lumens,
 }
 
@@ -270,7 +271,8 @@ impl Results {
 }
 
 impl SensorReading {
-    /// Whether E and daylight read as much as the target; `None` without a target. A sensor where no light can arrive misses it.
+    /// Whether E and daylight read as much as the target; `None` without a target. A sensor where no light can arrive
+    /// misses it.
     pub fn meets_target(&self) -> Option<bool> {
         self.target.map(|target| self.has_value && met::reaches(self.illuminance + self.daylight, target))
     }

@@ -12,8 +12,8 @@ pub struct Reading {
     pub error: f64,
 }
 
-/// What is known of the mean and the extremes of a map, or of a part of it, beyond the cells themselves: extremes that were
-/// read once more, by rays that had no part in choosing the cell.
+/// What is known of the mean and the extremes of a map, or of a part of it, beyond the cells themselves: extremes that
+/// were read once more, by rays that had no part in choosing the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extremes {
     /// Standard error of Ē, lx.
@@ -26,9 +26,9 @@ pub struct Extremes {
 
 /// Figures of one illuminance map, over the cells that have a value; all zero where none has.
 ///
-/// Cells count alike, as all have the same area. E_min and E_max are what [`Extremes`] say; where there are none, those of
-/// the cells, noise included: E_min then reads low and E_max high, by a few of the cells' standard errors where the light
-/// is even.
+/// Cells count alike, as all have the same area. E_min and E_max are what [`Extremes`] say; where there are none, those
+/// of the cells, noise included: E_min then reads low and E_max high, by a few of the cells' standard errors where the
+/// light is even.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Cells that have a value.
@@ -75,7 +75,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Those of a mean and two extremes. Ratios: relative errors add in squares, as extremes are read by rays of their own.
+    /// Those of a mean and two extremes. Ratios: relative errors add in squares, as extremes are read by rays of their
+    /// own.
     pub(crate) fn of(mean: f64, Extremes { mean_error, min, max }: &Extremes) -> Self {
         let of_ratio = |to: f64, error: f64| {
             if to > 0.0 { (min.error / to).hypot(min.lux / to * (error / to)) } else { 0.0 }
@@ -104,7 +105,7 @@ pub fn statistics(map: &IlluminanceMap) -> Statistics {
     of_cells(map, 0..map.illuminance.len(), map.extremes.as_ref())
 }
 
-/// The same of some cells, of whose extremes so much is known.
+/// The same of some cells, with what is known of their extremes.
 pub(crate) fn of_cells(
     map: &IlluminanceMap,
     cells: impl ExactSizeIterator<Item = usize>,
@@ -143,8 +144,8 @@ pub(crate) fn of_cells(
     }
 }
 
-/// What some values themselves say: the extreme ones with their own errors, and a mean whose error is taken as if all erred
-/// together.
+/// What some values themselves say: the extreme ones with their own errors, and a mean whose error is taken as if all
+/// erred together.
 pub(crate) fn as_read(values: &[f64], errors: &[f64]) -> Extremes {
     let readings = || values.iter().zip(errors).map(|(&lux, &error)| Reading { lux, error });
     let by_value = |a: &Reading, b: &Reading| a.lux.total_cmp(&b.lux);

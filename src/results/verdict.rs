@@ -18,9 +18,10 @@ pub enum Verdict {
     Met,
     /// It does not.
     Missed,
-    /// Its error doesn't tell.
+    /// Its error is too large to say.
     Undecided {
-        /// The `--error` (%) with which it would, were the figure what it reads now; `None` where the limit is too near.
+        /// The `--error` (%) with which it would, were the figure what it reads now; `None` where the limit is too
+        /// near.
         needs: Option<f64>,
     },
 }
@@ -37,8 +38,8 @@ impl Verdict {
         Self::Undecided { needs }
     }
 
-    /// Of E that is known within ± `error` (lx), for the least and the most that is welcome. Met is a target only where E is
-    /// above it by `spare`, which is more than the error if renders that check it are to find the same.
+    /// Of E that is known within ± `error` (lx), for the least and the most that is welcome. Met is a target only where
+    /// E is above it by `spare`, which is more than the error if renders that check it are to find the same.
     pub fn within(lux: f64, spare: f64, error: f64, band: [f64; 2]) -> Self {
         let [least, most] = band;
         if is_within(lux - spare, [least, f64::INFINITY]) && is_within(lux + error, [0.0, most]) {
@@ -95,7 +96,8 @@ impl fmt::Display for Verdict {
 mod tests {
     use super::*;
 
-    /// 1.645 σ either side of 500 lx is not decided. At 505 ± 5, half of it would do to be 1.645 · 2 σ off: claims scale with it.
+    /// 1.645 σ either side of 500 lx is not decided. At 505 ± 5, half of it would do to be 1.645 · 2 σ off: claims
+    /// scale with it.
     #[test]
     fn what_an_error_leaves_open_is_not_decided() {
         let judged = |found, error| Verdict::of(found, error, 500.0, 0.01);

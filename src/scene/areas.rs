@@ -1,5 +1,5 @@
-//! Areas of a measuring plane that lighting standards look at one by one: task, surrounding, background, and what is left
-//! beside the walls.
+//! Areas of a measuring plane that lighting standards look at one by one: task, surrounding, background, and what is
+//! left beside the walls.
 
 /// What a standard asks of an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,8 +46,8 @@ pub struct Band {
 /// The areas of a measuring plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Areas {
-    /// Width of the band along the plane's rim that its figures leave out, m: 0.5 m beside walls (EN 12464-1). Tasks may
-    /// reach into it, surroundings and backgrounds may not.
+    /// Width of the band along the plane's rim that its figures leave out, m: 0.5 m beside walls (EN 12464-1). Tasks
+    /// may reach into it, surroundings and backgrounds may not.
     pub margin: f64,
     /// Asked of what the margin leaves.
     pub required: Required,

@@ -11,8 +11,8 @@ use super::emitters;
 use super::fallback::Fallback;
 use super::fields::closest;
 use super::file::SceneFile;
-use super::fixture::{self, Fixture, Lamp};
-use super::parts::{Emitter, Parts};
+use super::fixture::{self, Fixture, FixtureLight};
+use super::parts::{EmittingFaces, Parts};
 use super::placed::surroundings;
 use super::read::{PlacedMesh, Reader};
 use super::{MeasuringPlane, Scene};
@@ -225,7 +225,7 @@ struct Ingredients<'a> {
     file: SceneFile,
     meshes: Vec<PlacedMesh>,
     /// One for each of the file's luminaires.
-    lamps: Vec<Lamp>,
+    lamps: Vec<FixtureLight>,
     /// Over all that was read.
     hash: Sha256,
 }
@@ -300,7 +300,7 @@ impl Ingredients<'_> {
 /// smallest and largest maintenance factor.
 fn shine(
     parts: &mut Parts,
-    emitters: Vec<Emitter>,
+    emitters: Vec<EmittingFaces>,
     fixtures: &[Fixture],
     file: &SceneFile,
     dimming: &Dimming,

@@ -158,7 +158,7 @@ impl SceneBuilder {
         self
     }
 
-    /// A sensor where somebody asks for an illuminance, lx.
+    /// A sensor with a target illuminance, lx.
     pub fn sensor_with_target(
         mut self,
         name: impl Into<String>,
@@ -241,7 +241,7 @@ impl Lamp {
         Self::at(name, position).with("flux", Value::Float(flux))
     }
 
-    /// A luminaire whose light a photometric file tells (IES, EULUMDAT, GLDF, TM-33).
+    /// A luminaire whose light a photometric file gives (IES, EULUMDAT, GLDF, TM-33).
     pub fn measured(name: impl Into<String>, position: [f64; 3], file: impl AsRef<Path>) -> Self {
         let file = file.as_ref();
         let folder = file.parent().map(Path::to_owned);

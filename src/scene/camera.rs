@@ -22,8 +22,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The right and upper side of an image looking along the unit vector `forward` with the unit vector `up` as near to
-    /// its upper side as can be; `None` where both are parallel.
+    /// The right and upper side of an image looking along the unit vector `forward` with the unit vector `up` as near
+    /// to its upper side as can be; `None` where both are parallel.
     pub(super) fn sides(forward: DVec3, up: DVec3) -> Option<[DVec3; 2]> {
         let across = forward.cross(up);
         let right = (across.length() > 1e-6).then(|| across.normalize())?;
@@ -50,8 +50,8 @@ impl Camera {
         self.pixel_side() * self.pixels[0] as f64
     }
 
-    /// Unit vector of the ray through a place of the image, in pixels from its top left corner: pixel (i, j) has its middle
-    /// at (i + ½, j + ½).
+    /// Unit vector of the ray through a place of the image, in pixels from its top left corner: pixel (i, j) has its
+    /// middle at (i + ½, j + ½).
     pub fn direction(&self, [x, y]: [f64; 2]) -> DVec3 {
         let [columns, rows] = self.pixels.map(|side| side as f64);
         let (along, above) = (x - columns / 2.0, rows / 2.0 - y);
@@ -78,8 +78,8 @@ mod tests {
         Camera { name: "view".into(), eye: DVec3::new(1.0, 2.0, 1.5), forward, right, up, fov, pixels }
     }
 
-    /// Half the field of view above the axis lies the image's upper edge; pixels are as wide as high, so the left edge is
-    /// at atan(tan(fov/2) · columns/rows).
+    /// Half the field of view above the axis lies the image's upper edge; pixels are as wide as high, so the left edge
+    /// is at atan(tan(fov/2) · columns/rows).
     #[test]
     fn edges_of_the_image_are_where_the_field_of_view_ends() {
         let camera = camera(DVec3::Y, DVec3::Z, 70.0, [960, 540]);

@@ -1,8 +1,8 @@
 //! What programs mean by the materials of their MTL files.
 //!
-//! `illum` alone says little: Maya writes `illum 4` and `Tf 1 1 1` for everything (its `Tf` is the opposite of what the format
-//! says), 3ds Max `illum 4` beside `d 1`, Blender `illum 9` or 2 for glass, and some write `Tr` as `d`. So what counts is what
-//! is physically said, all of it together:
+//! `illum` alone says little: Maya writes `illum 4` and `Tf 1 1 1` for everything (its `Tf` is the opposite of what the
+//! format says), 3ds Max `illum 4` beside `d 1`, Blender `illum 9` or 2 for glass, and some write `Tr` as `d`. So what
+//! counts is what is physically said, all of it together:
 //!
 //! | said | means |
 //! |---|---|
@@ -22,14 +22,14 @@ use crate::text::quoted;
 
 /// What is said about a reading: all of it in the plan, guesses also as warnings.
 #[derive(Default)]
-pub(crate) struct Told {
+pub(crate) struct Remarks {
     /// Short remarks.
     pub(crate) notes: Vec<String>,
     /// Whole sentences with their place.
     pub(crate) warnings: Vec<String>,
 }
 
-impl Told {
+impl Remarks {
     fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
@@ -64,7 +64,7 @@ struct Sayings {
 }
 
 /// How light passes a material, if it does.
-pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Told) -> Result<Option<Clear>, InputError> {
+pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Remarks) -> Result<Option<Clear>, InputError> {
     let refracts = matches!(mtl.illumination, Some(4 | 6 | 7 | 9));
     let bends = |ior: &f64| *ior > 1.0 || ior.is_nan(); // what is no number is refused below
     let ior = mtl.ior.as_ref().map(|ior| ior.value).filter(bends);
@@ -98,7 +98,7 @@ pub(crate) fn clear(mtl: &MtlMaterial, told: &mut Told) -> Result<Option<Clear>,
 }
 
 /// The share that `d` or `Tr` lets pass. `glass`: whether `illum` and `Ni` say that light is refracted.
-fn through(mtl: &MtlMaterial, glass: bool, told: &mut Told) -> Result<Option<f64>, InputError> {
+fn through(mtl: &MtlMaterial, glass: bool, told: &mut Remarks) -> Result<Option<f64>, InputError> {
     let share = |key: &str, placed: &Option<Placed<f64>>| {
         let Some(Placed { value, at }) = placed else { return Ok(None) };
         // Programs round.
@@ -140,8 +140,8 @@ fn through(mtl: &MtlMaterial, glass: bool, told: &mut Told) -> Result<Option<f64
     })
 }
 
-/// The share of each channel that all sayings together let pass, if any.
-fn passed(mtl: &MtlMaterial, sayings: &Sayings, told: &mut Told) -> Option<[f64; 3]> {
+/// The share of each channel that all keys together let pass, if any.
+fn passed(mtl: &MtlMaterial, sayings: &Sayings, told: &mut Remarks) -> Option<[f64; 3]> {
     let &Sayings { refracts, ior, through, filter } = sayings;
     let (glass, illum) = (refracts && ior.is_some(), mtl.illumination.unwrap_or(0));
     let coloured = filter.filter(|filter| *filter != [1.0; 3]);

@@ -1,8 +1,9 @@
 //! Faces that are drawn twice.
 //!
-//! Some programs, SketchUp above all, write each face twice: the front with its material and, the other way round, the back with
-//! another. Light would meet the one or the other by chance. Here they become one face, the first of them in the file, with
-//! what the other is on its [back](Material::back). A face that is repeated the same way round is left out.
+//! Some programs, SketchUp above all, write each face twice: the front with its material and, the other way round, the
+//! back with another. Light would meet the one or the other by chance. Here they become one face, the first of them in
+//! the file, with what the other is on its [back](Material::back). A face that is repeated the same way round is left
+//! out.
 
 mod find;
 mod patches;
@@ -18,7 +19,7 @@ use super::surface::Surface;
 use crate::text::quoted;
 use patches::Patch;
 
-/// What becomes of the triangles of a mesh.
+/// What is made of the triangles of a mesh.
 #[derive(Default)]
 pub(crate) struct DoubleFaces {
     /// Those that are left out, ascending.
@@ -44,7 +45,7 @@ pub(crate) enum Becomes {
 
 /// What two faces back to back make together.
 #[derive(Clone, Copy)]
-enum Outcome {
+enum FacePair {
     One(Becomes),
     /// They stay as they are.
     Two,
@@ -107,7 +108,7 @@ impl Faces<'_> {
 struct Settled<'a> {
     faces: &'a Faces<'a>,
     /// What two surfaces make together, front and back, and how often.
-    known: BTreeMap<[u32; 2], (Outcome, usize)>,
+    known: BTreeMap<[u32; 2], (FacePair, usize)>,
     /// Triangles that shine, with others that shine behind them.
     shining: usize,
     doubles: DoubleFaces,
@@ -144,7 +145,7 @@ impl Settled<'_> {
             }
         }
         let whole = left.into_iter().filter(|(_, count)| *count == 0).map(|(surface, _)| surface);
-        self.known.extend(whole.map(|surface| ([surface; 2], (Outcome::One(Becomes::Own(surface)), 0))));
+        self.known.extend(whole.map(|surface| ([surface; 2], (FacePair::One(Becomes::Own(surface)), 0))));
     }
 
     /// Settles triangles back to back: `behind` are the backs of each of the front, `before` the other way.
@@ -158,12 +159,13 @@ impl Settled<'_> {
             (false, true) => (back, front, before),
             _ => (front, back, behind),
         };
-        let outcomes: Vec<Outcome> = kept.iter().zip(behind).map(|(&front, &back)| self.outcome(front, back)).collect();
-        if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Two)) {
+        let outcomes: Vec<FacePair> =
+            kept.iter().zip(behind).map(|(&front, &back)| self.outcome(front, back)).collect();
+        if outcomes.iter().any(|outcome| matches!(outcome, FacePair::Two)) {
             return;
         }
         for ((&front, &back), outcome) in kept.iter().zip(behind).zip(outcomes) {
-            if let Outcome::One(becomes) = outcome {
+            if let FacePair::One(becomes) = outcome {
                 self.doubles.backs.push([front, back]);
                 self.doubles.becomes.push(becomes);
             }
@@ -171,7 +173,7 @@ impl Settled<'_> {
         self.doubles.left_out.extend(left.iter().map(|&triangle| triangle as usize));
     }
 
-    fn outcome(&mut self, front: u32, back: u32) -> Outcome {
+    fn outcome(&mut self, front: u32, back: u32) -> FacePair {
         let key = [self.faces.surface(front), self.faces.surface(back)];
         if let Some((known, count)) = self.known.get_mut(&key) {
             *count += 1;
@@ -179,17 +181,17 @@ impl Settled<'_> {
         }
         let [front, back] = key.map(|surface| &self.faces.surfaces[surface as usize]);
         let outcome = match made_of(&front.material, &back.material) {
-            Made::Front => Outcome::One(Becomes::Own(key[0])),
-            Made::Back => Outcome::One(Becomes::Own(key[1])),
+            Made::Front => FacePair::One(Becomes::Own(key[0])),
+            Made::Back => FacePair::One(Becomes::Own(key[1])),
             Made::New(material) => {
                 let mut origin = front.origin.clone();
                 if key[0] != key[1] {
                     origin.notes.extend(back.origin.notes.iter().map(|note| format!("back: {note}")));
                 }
                 self.doubles.two_sided.push((material, origin));
-                Outcome::One(Becomes::TwoSided(self.doubles.two_sided.len() as u32 - 1))
+                FacePair::One(Becomes::TwoSided(self.doubles.two_sided.len() as u32 - 1))
             }
-            Made::Both => Outcome::Two,
+            Made::Both => FacePair::Two,
         };
         self.known.insert(key, (outcome, 1));
         outcome
@@ -213,7 +215,7 @@ impl Settled<'_> {
             let what = "light that meets them meets either by chance: keep one";
             warnings.push(format!("{file}: {} shine back to back with others: {what}", triangles(self.shining)));
         }
-        let said = |(&key, &(outcome, count)): (&[u32; 2], &(Outcome, usize))| {
+        let said = |(&key, &(outcome, count)): (&[u32; 2], &(FacePair, usize))| {
             let [front, back] = key.map(|surface| &self.faces.surfaces[surface as usize].material);
             Some(format!("{file}: {} of {}", triangles(count), guess(front, back, outcome, key)?))
         };
@@ -268,18 +270,18 @@ fn made_of(front: &Material, back: &Material) -> Made {
 }
 
 /// What is to be said of faces back to back where it isn't plain what they mean.
-fn guess(front: &Material, back: &Material, outcome: Outcome, key: [u32; 2]) -> Option<String> {
+fn guess(front: &Material, back: &Material, outcome: FacePair, key: [u32; 2]) -> Option<String> {
     let names = format!("{} and {} back to back", quoted(&front.name), quoted(&back.name));
     let passes = |side: &Material| side.glazing.is_some() || side.is_translucent();
     let [one, _] = key;
     match outcome {
-        Outcome::Two => Some(format!(
+        FacePair::Two => Some(format!(
             "{names}, one of them glass with an inside: light meets either by chance; take one away, or make it glazing"
         )),
-        Outcome::One(Becomes::Own(taken)) if !alike(front, back) && (passes(front) || passes(back)) => {
+        FacePair::One(Becomes::Own(taken)) if !alike(front, back) && (passes(front) || passes(back)) => {
             let taken = if taken == one { front } else { back };
             Some(format!("{names}: both sides taken for {}, which light passes", quoted(&taken.name)))
         }
-        Outcome::One(_) => None,
+        FacePair::One(_) => None,
     }
 }

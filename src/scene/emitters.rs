@@ -1,7 +1,7 @@
 //! Emitting faces of a mesh: what is odd about them.
 //!
-//! `Ke` is a luminance in cd/m² here, and in the programs that write it a colour, or a strength without a unit. So what it came
-//! to is told in the plan, and a warning where it can hardly be meant.
+//! `Ke` is a luminance in cd/m² here, and in the programs that write it a colour, or a strength without a unit. So what
+//! it came to is told in the plan, and a warning where it can hardly be meant.
 
 use std::f64::consts::PI;
 
@@ -15,17 +15,19 @@ use crate::text::listed;
 use crate::text::number::short;
 use crate::text::quoted;
 
-/// Below it nothing is a lamp, cd/m²: a white wall at 30 lx has as much, a dimmed screen twenty times, a lit panel 3000.
+/// Below it nothing is a lamp, cd/m²: a white wall at 30 lx has as much, a dimmed screen twenty times, a lit panel
+/// 3000.
 const DIM: f64 = 10.0;
-/// Below it nothing lights a room in which other lamps give a thousand times its light, cd/m²; screens and signs begin there.
+/// Below it nothing lights a room in which other lamps give a thousand times its light, cd/m²; screens and signs begin
+/// there.
 const FAINT: f64 = 100.0;
-/// The part of all light below which a faint emitter is told.
+/// The part of all light below which a faint emitter is reported.
 const PART: f64 = 1e-3;
-/// Something opaque so near before a lamp leaves it a gap to light, m; a board behind a diffuser stands as near, but that
-/// lets light through.
+/// Something opaque so near before a lamp leaves it a gap to light, m; a board behind a diffuser stands as near, but
+/// that lets light through.
 const AT_HAND: f64 = 0.02;
-/// The same as a part of the lamp's size (root of its area): small lamps have walls nearer. Of the light between two plates
-/// a tenth of their side apart, 83 % goes from one to the other.
+/// The same as a part of the lamp's size (root of its area): small lamps have walls nearer. Of the light between two
+/// plates a tenth of their side apart, 83 % goes from one to the other.
 const AT_HAND_PART: f64 = 0.1;
 /// Points of an emitter at which it is asked what stands before it.
 const PROBES: usize = 64;
@@ -58,7 +60,7 @@ impl<'a> Emitter<'a> {
         Some(Self { luminaire, triangles, area, luminance })
     }
 
-    /// What it came to, in words.
+    /// What became of it, in words.
     pub(crate) fn told(&self) -> String {
         let Self { luminaire, area, luminance, .. } = self;
         format!("{} cd/m² on {} m²: {} lm", short(*luminance), short(*area), short(luminaire.flux.0))

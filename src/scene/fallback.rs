@@ -5,8 +5,8 @@
 //! reflectance = 0.5
 //! ```
 //!
-//! Order, the first that says something counts: the material's own section, its MTL file, `--reflectance` of the command line,
-//! `[material."*"]`. Which materials it was is told, as they are guesses.
+//! Order, the first that says something counts: the material's own section, its MTL file, `--reflectance` of the
+//! command line, `[material."*"]`. Which materials it was is told, as they are guesses.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Sections of a TOML file read key by key, so that every refusal can name its line, what stands there and what could.
 //!
-//! `toml` keeps the place of each key and value ([`toml::Spanned`]); serde's derive would lose it in its messages, so the
-//! tables are read directly.
+//! `toml` keeps the place of each key and value ([`toml::Spanned`]); serde's derive would lose it in its messages, so
+//! the tables are read directly.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -255,7 +255,8 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Pairs of finite numbers, each one such that `accept` holds; nothing where the key holds something other than a list.
+    /// Pairs of finite numbers, each one such that `accept` holds; nothing where the key holds something other than a
+    /// list.
     pub(crate) fn pairs(
         &self,
         key: &str,

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::Dimming;
 use super::fields::{FARTHEST, Placed};
-use super::file::{LuminaireSection, Shape, duplicate};
+use super::file::{LuminaireSection, OpeningShape, duplicate};
 use crate::error::{InputError, Location};
 use crate::files::limits::{MOST_LUMINAIRES, MOST_OPENING_TRIANGLES};
 use crate::geometry::body::Body;
@@ -21,8 +21,8 @@ use crate::units::Lumens;
 const DISC_CORNERS: u32 = 64;
 
 /// What a [[luminaire]] and its photometric file say together.
-pub(crate) struct Lamp {
-    pub(crate) shape: Shape,
+pub(crate) struct FixtureLight {
+    pub(crate) shape: OpeningShape,
     pub(crate) spread: LampSpread,
     /// At full output, maintained, lm.
     pub(crate) flux: f64,
@@ -38,7 +38,7 @@ pub(crate) enum LampSpread {
 /// One luminaire: a [[luminaire]], or a member of its array.
 pub(crate) struct Fixture<'a> {
     pub(crate) section: &'a LuminaireSection,
-    pub(crate) lamp: &'a Lamp,
+    pub(crate) lamp: &'a FixtureLight,
     pub(crate) name: String,
     /// Dimming level, 0 … 1.
     pub(crate) level: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Fixture<'a> {
 /// Every luminaire of the file, arrays row by row: along x first.
 pub(crate) fn spread<'a>(
     sections: &'a [LuminaireSection],
-    lamps: &'a [Lamp],
+    lamps: &'a [FixtureLight],
     dimming: &Dimming,
 ) -> Result<Vec<Fixture<'a>>, InputError> {
     let mut fixtures = Vec::new();
@@ -83,7 +83,12 @@ pub(crate) fn spread<'a>(
 }
 
 /// The member of a luminaire's array in `column` and `row`, or the luminaire itself.
-fn member<'a>(section: &'a LuminaireSection, lamp: &'a Lamp, column: u64, row: u64) -> Result<Fixture<'a>, InputError> {
+fn member<'a>(
+    section: &'a LuminaireSection,
+    lamp: &'a FixtureLight,
+    column: u64,
+    row: u64,
+) -> Result<Fixture<'a>, InputError> {
     let (name, level) = (section.name.value.clone(), section.supply.level);
     let Some(array) = &section.array else {
         return Ok(Fixture { section, lamp, name, level, position: section.position });
@@ -100,7 +105,7 @@ fn member<'a>(section: &'a LuminaireSection, lamp: &'a Lamp, column: u64, row: u
 impl Fixture<'_> {
     /// The same luminaire moved `distance` along its aim if it has an area, and as seen from `origin`.
     pub(crate) fn shifted(&self, distance: f64, origin: DVec3) -> Self {
-        let distance = if self.lamp.shape == Shape::Point { 0.0 } else { distance };
+        let distance = if self.lamp.shape == OpeningShape::Point { 0.0 } else { distance };
         let position = self.position - origin + self.section.aim * distance;
         Self { section: self.section, lamp: self.lamp, name: self.name.clone(), level: self.level, position }
     }
@@ -115,16 +120,18 @@ impl Fixture<'_> {
     fn opening(&self) -> Opening {
         let (centre, aim, [u, v]) = (self.position, self.section.aim, self.axes());
         match self.lamp.shape {
-            Shape::Point => Opening::Point { position: centre, aim },
-            Shape::Rectangle([a, b]) => {
+            OpeningShape::Point => Opening::Point { position: centre, aim },
+            OpeningShape::Rectangle([a, b]) => {
                 Opening::Rectangle { centre, half_width: u * (a / 2.0), half_depth: v * (b / 2.0) }
             }
-            Shape::Disc { diameter } => Opening::Disc { centre, aim, radius: diameter / 2.0 },
-            Shape::Ellipse([a, b]) => Opening::Ellipse { centre, half_width: u * (a / 2.0), half_depth: v * (b / 2.0) },
-            Shape::Upright([a, b]) => {
+            OpeningShape::Disc { diameter } => Opening::Disc { centre, aim, radius: diameter / 2.0 },
+            OpeningShape::Ellipse([a, b]) => {
+                Opening::Ellipse { centre, half_width: u * (a / 2.0), half_depth: v * (b / 2.0) }
+            }
+            OpeningShape::Upright([a, b]) => {
                 Opening::Ellipse { centre, half_width: v * (a / 2.0), half_depth: aim * (b / 2.0) }
             }
-            Shape::Solid(solid, [a, b, c], along) => {
+            OpeningShape::Solid(solid, [a, b, c], along) => {
                 let mut half_axes = [u * (a / 2.0), v * (b / 2.0), aim * (c / 2.0)];
                 half_axes.rotate_left((along + 1) % 3);
                 Opening::Body(Body { solid, centre, half_axes })
@@ -197,10 +204,10 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    use crate::scene::file::{Array, Spread};
+    use crate::scene::file::{Array, SpreadKey};
 
-    fn lamp(shape: Shape) -> Lamp {
-        Lamp { shape, spread: LampSpread::Lambertian, flux: 3000.0 }
+    fn lamp(shape: OpeningShape) -> FixtureLight {
+        FixtureLight { shape, spread: LampSpread::Lambertian, flux: 3000.0 }
     }
 
     fn section(array: Option<Array>) -> LuminaireSection {
@@ -210,7 +217,7 @@ mod tests {
             aim: DVec3::NEG_Z,
             rotation: 0.0,
             shape: None,
-            spread: Spread::Lambertian,
+            spread: SpreadKey::Lambertian,
             flux: None,
             supply: Supply::default(),
             maintenance: None,
@@ -230,20 +237,20 @@ mod tests {
     fn bodies_have_the_area_of_their_opening_and_face_where_it_shines() {
         let section = section(None);
         for (shape, expected) in [
-            (Shape::Disc { diameter: 2.0 }, PI),
-            (Shape::Ellipse([2.0, 3.0]), 1.5 * PI),
-            (Shape::Rectangle([0.6, 1.2]), 0.72),
+            (OpeningShape::Disc { diameter: 2.0 }, PI),
+            (OpeningShape::Ellipse([2.0, 3.0]), 1.5 * PI),
+            (OpeningShape::Rectangle([0.6, 1.2]), 0.72),
         ] {
             let found = area(member(&section, &lamp(shape), 0, 0).unwrap().body(), section.aim);
             assert!((found / expected - 1.0).abs() < 1e-12, "{shape:?}: {found}");
         }
-        let (corners, triangles) = member(&section, &lamp(Shape::Upright([2.0, 3.0])), 0, 0).unwrap().body();
+        let (corners, triangles) = member(&section, &lamp(OpeningShape::Upright([2.0, 3.0])), 0, 0).unwrap().body();
         assert!((area((corners, triangles), DVec3::X) / (1.5 * PI) - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_sides_of_a_rectangle_span_its_aim_and_the_first_runs_along_c0() {
-        let (section, lamp) = (section(None), lamp(Shape::Rectangle([0.6, 1.2])));
+        let (section, lamp) = (section(None), lamp(OpeningShape::Rectangle([0.6, 1.2])));
         let Opening::Rectangle { half_width, half_depth, .. } =
             member(&section, &lamp, 0, 0).unwrap().luminaire(Vec::new()).opening
         else {
@@ -256,7 +263,7 @@ mod tests {
     #[test]
     fn an_array_counts_from_1_and_starts_at_the_position() {
         let array = Array { count: [3, 2], pitch: [2.0, -1.5], at: Location::file("test.toml".as_ref()) };
-        let (sections, lamps) = ([section(Some(array))], [lamp(Shape::Point)]);
+        let (sections, lamps) = ([section(Some(array))], [lamp(OpeningShape::Point)]);
         let fixtures = spread(&sections, &lamps, &Dimming::AsWritten).unwrap();
         let names: Vec<&str> = fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
         assert_eq!(names, ["L[1,1]", "L[2,1]", "L[3,1]", "L[1,2]", "L[2,2]", "L[3,2]"]);

@@ -1,8 +1,8 @@
 //! Thin sheets of clear glass: a window pane drawn as one face.
 //!
-//! A pane lets light pass straight on, with a transmittance τ(θ) that depends on the angle of incidence θ, mirrors a part
-//! ρ(θ), and absorbs the rest. Both sides are alike and the sheet has no thickness: there is no refraction, and what passes is
-//! no caustic.
+//! A pane lets light pass straight on, with a transmittance τ(θ) that depends on the angle of incidence θ, mirrors a
+//! part ρ(θ), and absorbs the rest. Both sides are alike and the sheet has no thickness: there is no refraction, and
+//! what passes is no caustic.
 //!
 //! ```toml
 //! [material.window]
@@ -16,15 +16,16 @@
 //! ```
 //!
 //! `curve = "clear"`, the default, is a pane of index 1.5 with all its inner reflections: Fresnel's formulas for either
-//! polarisation, and the absorption that gives the transmittance asked for. Clear glass that absorbs nothing passes 0.923; a
-//! pane that passes more is coated, and gets the index that goes with it. Without `reflectance` the pane mirrors what this
-//! glass mirrors. A `reflectance` that is given rises to 1 at grazing incidence as that glass does, as far as τ(θ) leaves room
-//! for it.
+//! polarisation, and the absorption that gives the transmittance asked for. Clear glass that absorbs nothing passes
+//! 0.923; a pane that passes more is coated, and gets the index that goes with it. Without `reflectance` the pane
+//! mirrors what this glass mirrors. A `reflectance` that is given rises to 1 at grazing incidence as that glass does,
+//! as far as τ(θ) leaves room for it.
 
 /// Index of refraction of window glass.
 pub const WINDOW_GLASS: f64 = 1.5;
 
-/// Transmittance of the 6 mm clear glass of CIE 171:2006 as a polynomial in cos θ (Tregenza and Sharples, algorithm 2.34).
+/// Transmittance of the 6 mm clear glass of CIE 171:2006 as a polynomial in cos θ (Tregenza and Sharples, algorithm
+/// 2.34).
 const CIE_171: [f64; 6] = [-0.028_378, 3.156_075, -3.058_376, -1.428_919, 4.014_235, -1.775_827];
 
 /// A pane. Transmittance + reflectance ≤ 1 in each channel.
@@ -155,8 +156,8 @@ impl Pane {
         Self { ior: WINDOW_GLASS, inside: 2.0 * share / (b + (b * b + 4.0 * share * share * r * r).sqrt()) }
     }
 
-    /// The pane with this transmittance and reflectance at normal incidence, if that takes no higher index than 1.5; else the
-    /// pane of index 1.5 that absorbs as much of what it doesn't mirror, since a coating mirrors the rest.
+    /// The pane with this transmittance and reflectance at normal incidence, if that takes no higher index than 1.5;
+    /// else the pane of index 1.5 that absorbs as much of what it doesn't mirror, since a coating mirrors the rest.
     fn like(passed: f64, mirrored: f64) -> Self {
         let share = if mirrored < 1.0 { (passed / (1.0 - mirrored)).min(1.0) } else { 0.0 };
         let highest = ((WINDOW_GLASS - 1.0) / (WINDOW_GLASS + 1.0)).powi(2);
@@ -226,8 +227,8 @@ impl Curves {
 mod tests {
     use super::*;
 
-    /// Closed forms at normal incidence: r = 0.04, so τ = (1 − r)/(1 + r) = 12/13 and ρ = 1/13 of glass that absorbs nothing;
-    /// grazing light is mirrored; nothing is lost in between.
+    /// Closed forms at normal incidence: r = 0.04, so τ = (1 − r)/(1 + r) = 12/13 and ρ = 1/13 of glass that absorbs
+    /// nothing; grazing light is mirrored; nothing is lost in between.
     #[test]
     fn a_clear_pane_follows_fresnel_with_inner_reflections() {
         let pane = Glazing::of_index(1.5, [1.0; 3]);
@@ -235,14 +236,16 @@ mod tests {
             (pane.transmittance[0] - 12.0 / 13.0).abs() < 1e-12 && (pane.reflectance[0] - 1.0 / 13.0).abs() < 1e-12
         );
         assert_eq!(pane.at(0, 0.0), [0.0, 1.0]);
-        // Brewster's angle: what vibrates along the plane passes whole, what vibrates across it has r = ((n² − 1)/(n² + 1))².
+        // Brewster's angle: what vibrates along the plane passes whole, what vibrates across it has r = ((n² − 1)/(n² +
+        // 1))².
         let r = ((2.25_f64 - 1.0) / (2.25 + 1.0)).powi(2);
         let [passed, mirrored] = pane.at(0, 1.5_f64.atan().cos());
         assert!((passed - 0.5 * (1.0 + (1.0 - r) / (1.0 + r))).abs() < 1e-12);
         assert!((passed + mirrored - 1.0).abs() < 1e-12);
     }
 
-    /// The pane that is made for a transmittance has it, and its own reflectance: r (1 + τ a), with τ = (1 − r)² a/(1 − r² a²).
+    /// The pane that is made for a transmittance has it, and its own reflectance: r (1 + τ a), with τ = (1 − r)² a/(1 −
+    /// r² a²).
     #[test]
     fn a_pane_passes_what_it_was_made_for() {
         for share in [0.0, 1e-12, 0.05, 0.3, 0.88, 0.923, 0.924, 0.98, 1.0] {
@@ -309,8 +312,8 @@ mod tests {
         }
     }
 
-    /// Hemispherical transmittance of a clear pane of index 1.5: 0.8446 (mean of both polarisations over cos² weights), by an
-    /// integral with a hundred times as many nodes.
+    /// Hemispherical transmittance of a clear pane of index 1.5: 0.8446 (mean of both polarisations over cos² weights),
+    /// by an integral with a hundred times as many nodes.
     #[test]
     fn diffuse_light_passes_by_the_mean_over_the_hemisphere() {
         let pane = Glazing::of_index(1.5, [1.0; 3]);

@@ -16,9 +16,9 @@ pub(crate) use unit::unit_in_doubt;
 use super::{Material, Scene, Sides};
 use crate::luminaire::Opening;
 
-/// Who says what a material is.
+/// Where a material is from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Source {
+pub enum MaterialSource {
     /// A section of the scene file.
     #[default]
     Scene,
@@ -32,7 +32,7 @@ pub enum Source {
     Luminaire,
 }
 
-impl Source {
+impl MaterialSource {
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
@@ -58,7 +58,7 @@ impl Source {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
     /// Who says what it is.
-    pub source: Source,
+    pub source: MaterialSource,
     /// Remarks, such as what was left out.
     pub notes: Vec<String>,
 }
@@ -94,7 +94,7 @@ impl MeshPart {
 pub struct MaterialUse {
     /// What it is.
     pub material: Material,
-    /// Who says so.
+    /// Where it is from.
     pub origin: Origin,
     /// Area of its faces, m², one side.
     pub area: f64,

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::fields::Placed;
-use super::file::{LuminaireSection, SceneFile, Shape, Spread};
-use super::fixture::{Lamp, LampSpread};
+use super::file::{LuminaireSection, OpeningShape, SceneFile, SpreadKey};
+use super::fixture::{FixtureLight, LampSpread};
 use super::read::{Reader, path_hint};
 use crate::error::{InputError, Location};
 use crate::files::limits::LARGEST_GLDF;
 use crate::geometry::body::Solid;
 use crate::luminaire::frame;
-use crate::luminaire::photometry::{Choice, LuminousOpening, Photometry, Shape as Form, Tilt};
+use crate::luminaire::photometry::{Choice, LuminousOpening, Photometry, Shape, Tilt};
 use crate::luminaire::web::Web;
 use crate::text::listed;
 use crate::text::number::{round_to, short};
@@ -20,16 +20,16 @@ use crate::text::quoted;
 
 impl Reader {
     /// What each [[luminaire]] is, photometric files read once each.
-    pub(super) fn lamps(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<Lamp>, InputError> {
+    pub(super) fn lamps(&mut self, path: &Path, file: &SceneFile) -> Result<Vec<FixtureLight>, InputError> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut known = Photometries::default();
         let mut tilts = Tilts::default();
         let mut lamps = Vec::with_capacity(file.luminaires.len());
         for section in &file.luminaires {
             let (spread, shape, flux) = match &section.spread {
-                Spread::Isotropic => (LampSpread::Isotropic, Shape::Point, 0.0),
-                Spread::Lambertian => (LampSpread::Lambertian, Shape::Point, 0.0),
-                Spread::File(named, choice) => {
+                SpreadKey::Isotropic => (LampSpread::Isotropic, OpeningShape::Point, 0.0),
+                SpreadKey::Lambertian => (LampSpread::Lambertian, OpeningShape::Point, 0.0),
+                SpreadKey::File(named, choice) => {
                     let measured = known.get(self, &folder.join(&named.value), named, choice, &file.luminaires)?;
                     measured.opening_counts |= section.shape.is_none();
                     let tilted = tilts.factor(section, measured);
@@ -43,7 +43,7 @@ impl Reader {
                 let found = format!("luminaire {} tilted so that it gives no light", quoted(&section.name.value));
                 return Err(InputError::new(section.name.at.clone(), found, "a tilt factor above 0"));
             }
-            lamps.push(Lamp { shape: section.shape.unwrap_or(shape), spread, flux });
+            lamps.push(FixtureLight { shape: section.shape.unwrap_or(shape), spread, flux });
         }
         self.warnings.extend(known.doubts());
         self.warnings.extend(tilts.warnings());
@@ -89,7 +89,7 @@ impl Reader {
 struct Measurement {
     file: PathBuf,
     web: Arc<Web>,
-    shape: Shape,
+    shape: OpeningShape,
     tilt: Option<Tilt>,
     /// What is doubtful about its opening.
     doubt: Option<String>,
@@ -125,7 +125,7 @@ impl Photometries {
             Some(place) => *place,
             None => {
                 // A file without a flux will do where every luminaire of it has its own.
-                let same = |section: &&LuminaireSection| matches!(&section.spread, Spread::File(other, of) if other.value == named.value && part(of) == part(choice));
+                let same = |section: &&LuminaireSection| matches!(&section.spread, SpreadKey::File(other, of) if other.value == named.value && part(of) == part(choice));
                 let flux_is_told = luminaires.iter().filter(same).all(|section| section.flux.is_some());
                 let choice = Choice { flux_is_told, ..choice.clone() };
                 self.read.push(reader.photometry(path, named, &choice, &mut self.bytes)?);
@@ -143,21 +143,21 @@ impl Photometries {
 }
 
 /// The luminous opening that a photometric file tells. A line becomes as wide as a thousandth of its length.
-fn opening_of(opening: &LuminousOpening) -> Shape {
+fn opening_of(opening: &LuminousOpening) -> OpeningShape {
     let LuminousOpening { c0, c90, height, .. } = *opening;
     let least = 1e-3 * c0.max(c90).max(height);
     let [a, b, c] = [c0, c90, height].map(|size| size.max(least));
     match opening.shape {
-        Form::Point => Shape::Point,
-        Form::Rectangle => Shape::Rectangle([a, b]),
-        Form::Ellipse if a == b => Shape::Disc { diameter: a },
-        Form::Ellipse => Shape::Ellipse([a, b]),
-        Form::UprightEllipse => Shape::Upright([b, c]),
-        Form::Box => Shape::Solid(Solid::Box, [a, b, c], 2),
-        Form::VerticalCylinder => Shape::Solid(Solid::Cylinder, [a, b, c], 2),
-        Form::CylinderAlongC0 => Shape::Solid(Solid::Cylinder, [a, b, c], 0),
-        Form::CylinderAlongC90 => Shape::Solid(Solid::Cylinder, [a, b, c], 1),
-        Form::Ellipsoid => Shape::Solid(Solid::Ellipsoid, [a, b, c], 2),
+        Shape::Point => OpeningShape::Point,
+        Shape::Rectangle => OpeningShape::Rectangle([a, b]),
+        Shape::Ellipse if a == b => OpeningShape::Disc { diameter: a },
+        Shape::Ellipse => OpeningShape::Ellipse([a, b]),
+        Shape::UprightEllipse => OpeningShape::Upright([b, c]),
+        Shape::Box => OpeningShape::Solid(Solid::Box, [a, b, c], 2),
+        Shape::VerticalCylinder => OpeningShape::Solid(Solid::Cylinder, [a, b, c], 2),
+        Shape::CylinderAlongC0 => OpeningShape::Solid(Solid::Cylinder, [a, b, c], 0),
+        Shape::CylinderAlongC90 => OpeningShape::Solid(Solid::Cylinder, [a, b, c], 1),
+        Shape::Ellipsoid => OpeningShape::Solid(Solid::Ellipsoid, [a, b, c], 2),
     }
 }
 

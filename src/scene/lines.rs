@@ -9,9 +9,9 @@ use std::io::{self, BufRead, Read};
 
 use encoding_rs::{SHIFT_JIS, WINDOWS_1252};
 
-/// Logical lines of a file. A backslash at the end of a statement of numbers joins the next line, as OBJ allows, where that
-/// line goes on with a number. Any other is part of a name, a Windows folder's or a Japanese character's second byte, and
-/// joins nothing.
+/// Logical lines of a file. A backslash at the end of a statement of numbers joins the next line, as OBJ allows, where
+/// that line goes on with a number. Any other is part of a name, a Windows folder's or a Japanese character's second
+/// byte, and joins nothing.
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
     next_number: usize,
@@ -114,8 +114,8 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether a word can be a number, for `tobj` as for us: it parts words at Unicode's blanks too, such as a vertical tab or a
-/// no-break space, and then finds fewer or more of them.
+/// Whether a word can be a number, for `tobj` as for us: it parts words at Unicode's blanks too, such as a vertical tab
+/// or a no-break space, and then finds fewer or more of them.
 pub(crate) fn is_plain(word: &[u8]) -> bool {
     word.iter().all(u8::is_ascii_graphic)
 }

@@ -20,12 +20,12 @@
 //! dielectric = { ior = 1.5, absorption = [4.0, 1.0, 3.0] }   # a solid of glass; 1/m, a number or [r, g, b]
 //! ```
 //!
-//! A rough mirror reflects `specular` of the light at every angle, whatever its roughness: Fresnel's rise towards grazing
-//! angles is not modelled. `photon::rough` tells how light goes about among its facets.
+//! A rough mirror reflects `specular` of the light at every angle, whatever its roughness: Fresnel's rise towards
+//! grazing angles is not modelled. `photon::rough` tells how light goes about among its facets.
 //!
 //! From MTL files come `Kd` (reflectance; times the mean colour of `map_Kd`, if it names a PNG or JPEG file), `Ks` with
-//! `illum` 3 or 5 (specular) and `Ns` (roughness), `d`, `Tr`, `Tf` and `Ni` (glazing, dielectric) and `Ke` (luminance, cd/m²).
-//! Programs mean different things by them: `dialect` tells how they are read. The rest is left out.
+//! `illum` 3 or 5 (specular) and `Ns` (roughness), `d`, `Tr`, `Tf` and `Ni` (glazing, dielectric) and `Ke` (luminance,
+//! cd/m²). Programs mean different things by them: `dialect` tells how they are read. The rest is left out.
 //!
 //! A face that is drawn twice, once for each side, is one face whose [back](Material::back) is the other's material;
 //! `double_faces` tells how they are found.
@@ -34,8 +34,8 @@ use std::sync::Arc;
 
 use super::glazing::Glazing;
 
-/// Rough mirrors below this GGX α reflect as sharply as perfect ones: what they throw is a caustic, and left to photons.
-/// Above, rays find it.
+/// Rough mirrors below this GGX α reflect as sharply as perfect ones: what they throw is a caustic, and left to
+/// photons. Above, rays find it.
 pub const SHARP: f64 = 0.2;
 
 /// A surface. What is neither reflected, transmitted nor refracted is absorbed.

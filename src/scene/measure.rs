@@ -4,18 +4,19 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// What the illuminance of a sensor is the mean over. With L the luminance, ω the direction it comes from, ε its angle to
-/// the axis, and α its azimuth from the facing direction, each is E = ∫ L K dω with ∫ K dω = π: under a sky of even
+/// What the illuminance of a sensor is the mean over. With L the luminance, ω the direction it comes from, ε its angle
+/// to the axis, and α its azimuth from the facing direction, each is E = ∫ L K dω with ∫ K dω = π: under a sky of even
 /// luminance all read π L.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// A flat cell, as an illuminance meter has: K = cos θ, θ from the normal. With a level normal: vertical illuminance.
+    /// A flat cell, as an illuminance meter has: K = cos θ, θ from the normal. With a level normal: vertical
+    /// illuminance.
     Plane,
-    /// The mantle of a small cylinder about the axis: K = sin ε / π. It is the mean of the vertical illuminances over all
-    /// azimuths (EN 12464-1).
+    /// The mantle of a small cylinder about the axis: K = sin ε / π. It is the mean of the vertical illuminances over
+    /// all azimuths (EN 12464-1).
     Cylindrical,
-    /// The mantle of a half cylinder about the axis that looks towards `facing`: K = sin ε (1 + cos α) / π, the mean of the
-    /// vertical illuminances within 90° of `facing` (EN 13201-3).
+    /// The mantle of a half cylinder about the axis that looks towards `facing`: K = sin ε (1 + cos α) / π, the mean of
+    /// the vertical illuminances within 90° of `facing` (EN 13201-3).
     Semicylindrical {
         /// Unit vector at a right angle to the axis.
         facing: DVec3,

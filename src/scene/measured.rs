@@ -1,4 +1,5 @@
-//! Surfaces of the mesh that are measured themselves, whatever their form: chosen by material or group, cut into samples.
+//! Surfaces of the mesh that are measured themselves, whatever their form: chosen by material or group, cut into
+//! samples.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -33,8 +34,8 @@ pub struct MeasuredSurface {
     pub spacing: f64,
     /// Samples of all triangles, those of one triangle together.
     pub samples: Vec<Sample>,
-    /// Numbers of the mesh's triangles, ascending, whether each is measured from the other side than the rest, and the root
-    /// of its tree.
+    /// Numbers of the mesh's triangles, ascending, whether each is measured from the other side than the rest, and the
+    /// root of its tree.
     triangles: Vec<(u32, bool, u32)>,
     /// What a triangle or a part of it is cut into: each half is another node, or, with [`LEAF`], a sample.
     nodes: Vec<[u32; 2]>,
@@ -96,8 +97,8 @@ impl Sample {
 }
 
 impl MeasuredSurface {
-    /// Cuts some triangles, each with whether it is measured from the other side than `back` says; `None` where that makes
-    /// more than a million samples.
+    /// Cuts some triangles, each with whether it is measured from the other side than `back` says; `None` where that
+    /// makes more than a million samples.
     fn new(name: String, back: bool, spacing: f64, triangles: &[(u32, bool)], mesh: &Mesh) -> Option<Self> {
         let mut surface = Self { name, back, spacing, samples: Vec::new(), triangles: Vec::new(), nodes: Vec::new() };
         for &(triangle, turned) in triangles {
@@ -127,8 +128,8 @@ impl MeasuredSurface {
         Some(node as u32)
     }
 
-    /// The sample on which a point `at` (m) of the mesh's triangle number `triangle` lies; `None` if that is not part of
-    /// the surface. Cost: O(log samples).
+    /// The sample on which a point `at` (m) of the mesh's triangle number `triangle` lies; `None` if that is not part
+    /// of the surface. Cost: O(log samples).
     pub fn sample_at(&self, triangle: u32, at: DVec3, mesh: &Mesh) -> Option<usize> {
         let (_, turned, mut node) = *self.of(triangle)?;
         let mut piece = Sample::whole(triangle, self.back != turned, mesh);
@@ -179,7 +180,7 @@ pub(crate) fn groups_asked(sections: &[SurfaceSection]) -> BTreeSet<String> {
     sections.iter().filter_map(|section| Some(section.group.as_ref()?.value.clone())).collect()
 }
 
-/// Refuses a surface whose material or group no mesh knows.
+/// Refuses a surface whose material or group no mesh has.
 pub(crate) fn check_names(
     sections: &[SurfaceSection],
     materials: &BTreeSet<String>,
@@ -249,7 +250,8 @@ impl Groups {
         Self { asked: asked.clone(), ..Self::default() }
     }
 
-    /// A line `g` (0) or `o` (1): `g a b` puts faces into both groups, and "a b" is a name too, as programs write blanks.
+    /// A line `g` (0) or `o` (1): `g a b` puts faces into both groups, and "a b" is a name too, as programs write
+    /// blanks.
     pub(crate) fn line(&mut self, kind: usize, rest: &str, faces: usize) {
         if self.asked.is_empty() {
             return;

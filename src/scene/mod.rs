@@ -1,8 +1,8 @@
 //! The scene: what stands in the room, what shines, where light is measured. Validated, in metres, recentred.
 //!
-//! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box (or, where something lies far off,
-//! of what is measured: see [`near`]): survey coordinates of 1e6 m would leave single precision a grid of 6 cm. World
-//! position = local position + centre.
+//! Everything here is relative to [`Scene::centre`], the middle of the world's bounding box (or, where something lies
+//! far off, of what is measured: see [`near`]): survey coordinates of 1e6 m would leave single precision a grid of 6
+//! cm. World position = local position + centre.
 
 pub mod areas;
 mod assemble;
@@ -88,8 +88,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Faces of the mesh that are measured themselves.
     pub surfaces: Vec<MeasuredSurface>,
-    /// Smallest and largest maintenance factor of the luminaires, which their flux includes; `None` where the file gives
-    /// none: illuminance of the new installation.
+    /// Smallest and largest maintenance factor of the luminaires, which their flux includes; `None` where the file
+    /// gives none: illuminance of the new installation.
     pub maintenance_factor: Option<[f64; 2]>,
     /// Options of `render` that the file sets.
     pub render: Options,
@@ -105,8 +105,8 @@ impl Scene {
         low.distance(high)
     }
 
-    /// Largest local coordinate of what is [`near`](Self::near), m: what single precision has to resolve details against.
-    /// Cost: O(vertices).
+    /// Largest local coordinate of what is [`near`](Self::near), m: what single precision has to resolve details
+    /// against. Cost: O(vertices).
     pub fn half_extent(&self) -> f64 {
         let (low, high) = self.bounds();
         low.abs().max(high.abs()).max_element()
@@ -133,8 +133,8 @@ impl Scene {
         if face > 0.0 && measured > 0.0 { measured / face } else { 1.0 }
     }
 
-    /// Lowest and highest corner of the box around everything, where what is far counts as at the surroundings' end; zeros
-    /// for a scene of nothing.
+    /// Lowest and highest corner of the box around everything, where what is far counts as at the surroundings' end;
+    /// zeros for a scene of nothing.
     fn bounds(&self) -> (DVec3, DVec3) {
         let vertices = self.mesh.vertices.iter().map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()));
         let planes = self.planes.iter().flat_map(|plane| {
@@ -225,6 +225,7 @@ pub struct Sensor {
     pub target: Option<f64>,
     /// How much above the target is still welcome, lx; any amount where not given.
     pub tolerance: Option<f64>,
-    /// What arrives there besides the luminaires' light, lx: told to those who dim, in no result of a render.
+    /// What arrives there besides the luminaires' light, lx: dimming takes it into account, no result of a render
+    /// contains it.
     pub daylight: f64,
 }

@@ -46,7 +46,7 @@ pub(crate) struct MtlMaterial {
 /// Materials of the MTL file at `path`, in its order; of two with one name the later counts.
 pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, InputError> {
     foreign::refuse(path, bytes, bytes.len() as u64, "an MTL file")?;
-    let mut tidy = Tidy {
+    let mut tidy = TidyMtl {
         path,
         lines: Lines::new(bytes),
         line: 0,
@@ -60,7 +60,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>, Input
     };
     let mut feed = Feed::new(|line: &mut Vec<u8>| tidy.next(line));
     let loaded = tobj::load_mtl_buf(&mut feed);
-    let Tidy { refused, line, names, places, textures, cut_outs, extras, by_blender, .. } = tidy;
+    let TidyMtl { refused, line, names, places, textures, cut_outs, extras, by_blender, .. } = tidy;
     if let Some(error) = refused {
         return Err(error);
     }
@@ -124,8 +124,9 @@ fn numbers<const N: usize>(material: &tobj::Material, key: &str) -> Option<[f64;
     numbers.try_into().ok()
 }
 
-/// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't asked for.
-struct Tidy<'a> {
+/// The lines that `tobj` gets to see: materials by number, one number spelt out for three channels, nothing it isn't
+/// asked for.
+struct TidyMtl<'a> {
     path: &'a Path,
     lines: Lines<'a>,
     /// Number of the line last read.
@@ -139,12 +140,12 @@ struct Tidy<'a> {
     textures: HashMap<usize, Placed<String>>,
     /// Their textures of opacity.
     cut_outs: HashMap<usize, Placed<String>>,
-    /// First numbers of parameters that only serve to tell what others mean: one that is none is passed over.
+    /// First numbers of parameters that only say what others mean; a word that is no number is skipped.
     extras: HashMap<(usize, &'static str), f64>,
     by_blender: bool,
 }
 
-impl Tidy<'_> {
+impl TidyMtl<'_> {
     fn next(&mut self, out: &mut Vec<u8>) -> bool {
         let Some((number, line)) = self.lines.next() else { return false };
         self.line = number;

@@ -1,9 +1,10 @@
 //! Where a scene's light is asked for, and how large the surroundings are that matter to it.
 //!
 //! A room keeps its size when somebody lays a ground of 20 km beneath it, or forgets a triangle at the other end of the
-//! country. So what depends on size (where single precision is finest, how far rays start off surfaces, how wide photons are
-//! searched for) is taken from the surroundings of what is measured and not from the box around everything. Both are the same
-//! in any room: only what lies more than `SURROUNDINGS` times as far as the measured is wide counts as far.
+//! country. So what depends on size (where single precision is finest, how far rays start off surfaces, how wide
+//! photons are searched for) is taken from the surroundings of what is measured and not from the box around everything.
+//! Both are the same in any room: only what lies more than `SURROUNDINGS` times as far as the measured is wide counts
+//! as far.
 
 use std::collections::HashMap;
 
@@ -14,7 +15,8 @@ use crate::geometry::mesh::Bounds;
 
 /// The surroundings reach so many times the core's largest extent beyond the core, on every side.
 const SURROUNDINGS: f64 = 2.0;
-/// A luminaire belongs to the core unless that would make it so many times as large: a sky of 20 km over a yard is none.
+/// A luminaire belongs to the core unless that would make it so many times as large: a sky of 20 km over a yard is
+/// none.
 const WIDER: f64 = 10.0;
 /// Rays that look how wide the room is, and how many rays times triangles that may take: a second or less.
 const LOOKS: usize = 128;
@@ -42,9 +44,9 @@ impl Near {
         Self { core: all, size: f64::INFINITY, around: all, cut: false }
     }
 
-    /// The surroundings of what is `measured` (if nothing is, of where cameras stand) by the light of what is `shining`;
-    /// `whole` is the box around everything that stands or shines. Where something may be far, `sight` is asked how wide
-    /// the room is that one sees (m): a meter of 1 mm stands in a room.
+    /// The surroundings of what is `measured` (if nothing is, of where cameras stand) by the light of what is
+    /// `shining`; `whole` is the box around everything that stands or shines. Where something may be far, `sight` is
+    /// asked how wide the room is that one sees (m): a meter of 1 mm stands in a room.
     pub(super) fn of(measured: Bounds, shining: &[Bounds], whole: Bounds, sight: impl FnOnce() -> f64) -> Self {
         let near = Self::as_wide(measured, shining, whole, 0.0);
         if near.cut { Self::as_wide(measured, shining, whole, sight()) } else { near }
@@ -72,15 +74,15 @@ impl Near {
         Self { core, size, around, cut }
     }
 
-    /// Where the local origin belongs: in the middle of `whole`, or of the core where that is far smaller. Coordinates are
-    /// exact to 6·10⁻⁸ of their distance from there.
+    /// Where the local origin belongs: in the middle of `whole`, or of the core where that is far smaller. Coordinates
+    /// are exact to 6·10⁻⁸ of their distance from there.
     pub(super) fn origin(&self, whole: Bounds) -> DVec3 {
         if self.cut { self.core.centre() } else { whole.centre() }
     }
 
-    /// How far openings move off what they may be flush with, m: 10⁻⁵ of half of `whole`'s extent, some 150 steps of `f32`
-    /// there, but no more than the surroundings' and than 10⁻⁵ of the room's. That moves illuminance by less than 10⁻⁴, and
-    /// clears what rays start off the pieces of a large ceiling.
+    /// How far openings move off what they may be flush with, m: 10⁻⁵ of half of `whole`'s extent, some 150 steps of
+    /// `f32` there, but no more than the surroundings' and than 10⁻⁵ of the room's. That moves illuminance by less than
+    /// 10⁻⁴, and clears what rays start off the pieces of a large ceiling.
     pub(super) fn shift(&self, whole: Bounds) -> f64 {
         let half = whole.largest_extent().min(self.around.largest_extent()) / 2.0;
         1e-5 * if self.size > 0.0 { half.min(self.size) } else { half }
@@ -134,13 +136,14 @@ impl Near {
         if self.cut { self.width() } else { f64::INFINITY }
     }
 
-    /// Cuts triangles of a mesh in world coordinates that are far larger than the room, so that a piece is no larger than
-    /// the room, or than its distance from the core. How exactly rays meet a triangle, and how far off it they start, goes by the
-    /// size of its corners' coordinates: on a ground of 20 km that would be 1 cm, beneath a desk as anywhere.
+    /// Cuts triangles of a mesh in world coordinates that are far larger than the room, so that a piece is no larger
+    /// than the room, or than its distance from the core. How exactly rays meet a triangle, and how far off it they
+    /// start, goes by the size of its corners' coordinates: on a ground of 20 km that would be 1 cm, beneath a desk as
+    /// anywhere.
     ///
-    /// The first piece takes its triangle's place, the others follow behind all triangles. Edges are halved by their own
-    /// length and place, so pieces of neighbours meet without a crack; flat ground stays flat. Triangles of materials that
-    /// `stay` are left alone.
+    /// The first piece takes its triangle's place, the others follow behind all triangles. Edges are halved by their
+    /// own length and place, so pieces of neighbours meet without a crack; flat ground stays flat. Triangles of
+    /// materials that `stay` are left alone.
     pub(super) fn cut_large(&self, mesh: Triangles<'_>, stay: impl Fn(u32) -> bool + Sync) {
         if !self.cut {
             return;
@@ -188,7 +191,7 @@ pub(super) struct Triangles<'m> {
     pub(super) material_of: &'m mut Vec<u32>,
 }
 
-/// Cutting under way.
+/// Parts cut so far, and what is left to cut.
 struct Cutting<'m> {
     near: &'m Near,
     /// Pieces may be so many times as large as they should be.
@@ -247,8 +250,8 @@ impl Cutting<'_> {
     }
 }
 
-/// How wide the room is that one sees from places with a direction each, m: twice the median distance at which rays about the
-/// directions end; 0 where fewer than a quarter of them end at all. Meshes are vertices and triangles.
+/// How wide the room is that one sees from places with a direction each, m: twice the median distance at which rays
+/// about the directions end; 0 where fewer than a quarter of them end at all. Meshes are vertices and triangles.
 pub(super) fn sight(places: &[(DVec3, DVec3)], meshes: &[(&[DVec3], &[[u32; 3]])]) -> f64 {
     let triangles: usize = meshes.iter().map(|(_, triangles)| triangles.len()).sum();
     let rays = (MOST_TESTS / triangles.max(1)).clamp(LOOKS / 8, LOOKS);
@@ -318,7 +321,8 @@ mod tests {
         assert_eq!(of(ROOM).shift(ROOM), 1e-5 * 3.5);
     }
 
-    /// However large the ground, and wherever the speck, the origin is the room's, and openings move by less than 10⁻⁵ of it.
+    /// However large the ground, and wherever the speck, the origin is the room's, and openings move by less than 10⁻⁵
+    /// of it.
     #[test]
     fn what_is_far_moves_nothing() {
         for half in [100.0, 1e4, 1e5, 1e8] {
@@ -344,8 +348,8 @@ mod tests {
         assert_eq!(Near::of(desk, &lamps, desk, || 0.0).core.most.x, 99.0);
     }
 
-    /// A meter by itself doesn't tell how wide the room is that it stands in; what one sees does. Here the walls of a cube of
-    /// 4 m, from the middle of its floor: a quarter to a half of it.
+    /// The size of a meter doesn't say how wide the room around it is; what one sees from it does. Here the walls of a
+    /// cube of 4 m, from the middle of its floor: a quarter to a half of it.
     #[test]
     fn a_meter_stands_in_a_room() {
         let side = |bit: u32, corner: u32| if corner >> bit & 1 == 1 { 4.0 } else { 0.0 };

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Material;
 use super::double_faces::{Becomes, DoubleFaces, Faces};
 use super::fixture::Fixture;
-use super::inventory::{MeshPart, Origin, Source, unit_in_doubt};
+use super::inventory::{MaterialSource, MeshPart, Origin, unit_in_doubt};
 use super::measured::SurfaceSection;
 use super::read::PlacedMesh;
 use super::surface::Surface;
@@ -36,7 +36,7 @@ pub(super) struct Parts {
 }
 
 /// Faces of one mesh that emit.
-pub(super) struct Emitter {
+pub(super) struct EmittingFaces {
     material: String,
     /// cd/m².
     luminance: [f64; 3],
@@ -82,7 +82,7 @@ impl Parts {
         &mut self,
         mesh: PlacedMesh,
         measured: &[SurfaceSection],
-        emitters: &mut Vec<Emitter>,
+        emitters: &mut Vec<EmittingFaces>,
         warnings: &mut Vec<String>,
     ) {
         let chosen: Vec<Vec<usize>> = measured.iter().map(|section| mesh.chosen(section)).collect();
@@ -111,7 +111,7 @@ impl Parts {
             flat: &flat,
         };
         let doubles = faces.single(&file, warnings);
-        let kept = Kept { left_out: merged(&flat, &doubles.left_out), before: self.mesh.triangles.len() };
+        let kept = KeptTriangles { left_out: merged(&flat, &doubles.left_out), before: self.mesh.triangles.len() };
 
         // What is measured or shines: most triangles of most scenes do neither.
         for (of_surface, chosen) in chosen.iter().zip(&mut self.chosen) {
@@ -147,9 +147,9 @@ impl Parts {
         surfaces: &[Surface],
         triangles: &[[u32; 3]],
         material_of: &[u32],
-        kept: &Kept,
-    ) -> impl Iterator<Item = Emitter> + use<> {
-        let mut shining: Vec<Option<Emitter>> = surfaces.iter().map(Emitter::of).collect();
+        kept: &KeptTriangles,
+    ) -> impl Iterator<Item = EmittingFaces> + use<> {
+        let mut shining: Vec<Option<EmittingFaces>> = surfaces.iter().map(EmittingFaces::of).collect();
         if shining.iter().any(Option::is_some) {
             for index in (0..triangles.len()).filter(|&index| kept.stays(index)) {
                 if let Some(emitter) = &mut shining[material_of[index] as usize] {
@@ -175,7 +175,7 @@ impl Parts {
     }
 
     /// Adds the triangles of a mesh that are kept.
-    fn add_triangles(&mut self, mut triangles: Vec<[u32; 3]>, mut material_of: Vec<u32>, kept: &Kept) {
+    fn add_triangles(&mut self, mut triangles: Vec<[u32; 3]>, mut material_of: Vec<u32>, kept: &KeptTriangles) {
         without(&mut triangles, &kept.left_out);
         without(&mut material_of, &kept.left_out);
         // The first mesh, most often the only one, is taken as it is.
@@ -197,7 +197,7 @@ impl Parts {
         let black = match self.black {
             Some(black) => black,
             None => {
-                let origin = Origin { source: Source::Luminaire, notes: Vec::new() };
+                let origin = Origin { source: MaterialSource::Luminaire, notes: Vec::new() };
                 self.add_material(Material::black("luminaire opening"), origin)
             }
         };
@@ -209,7 +209,7 @@ impl Parts {
         (before..self.mesh.triangles.len() as u32).collect()
     }
 
-    pub(super) fn add_emitters(&mut self, emitters: Vec<Emitter>) {
+    pub(super) fn add_emitters(&mut self, emitters: Vec<EmittingFaces>) {
         let mut names: BTreeSet<String> = self.luminaires.iter().map(|luminaire| luminaire.name.clone()).collect();
         for emitter in emitters {
             // Meshes may share a material's name: the second lamp is "lamp (2)", its light group is "lamp" all the
@@ -227,14 +227,14 @@ impl Parts {
 }
 
 /// The triangles of a mesh file that become the scene's.
-struct Kept {
+struct KeptTriangles {
     /// Those that don't, ascending.
     left_out: Vec<usize>,
     /// Triangles that the scene had before.
     before: usize,
 }
 
-impl Kept {
+impl KeptTriangles {
     /// Number in the scene of a triangle of the file.
     fn number(&self, index: usize) -> u32 {
         (self.before + index - self.left_out.partition_point(|&out| out < index)) as u32
@@ -278,7 +278,7 @@ fn without<T>(items: &mut Vec<T>, places: &[usize]) {
     });
 }
 
-impl Emitter {
+impl EmittingFaces {
     fn of(surface: &Surface) -> Option<Self> {
         let luminance = surface.luminance?;
         Some(Self { material: surface.material.name.clone(), luminance, triangles: Vec::new(), numbers: Vec::new() })

@@ -45,7 +45,8 @@ impl PlacedMesh {
         self.triangles[triangle].map(|vertex| self.vertices[vertex as usize])
     }
 
-    /// Cuts what is far larger than the scene's core; emitting faces stay whole, so that they are as few as in the file.
+    /// Cuts what is far larger than the scene's core; emitting faces stay whole, so that they are as few as in the
+    /// file.
     pub(super) fn cut_large(&mut self, near: &Near) {
         let Self { vertices, triangles, material_of, surfaces, .. } = self;
         near.cut_large(Triangles { vertices, triangles, material_of }, |material| {

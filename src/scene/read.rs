@@ -16,7 +16,7 @@ use super::fallback::Fallback;
 use super::fields::Placed;
 use super::file::{MaterialSection, MeshSection, SceneFile};
 use super::glass;
-use super::inventory::Source;
+use super::inventory::MaterialSource;
 use super::library::{Library, check_names, unset};
 use super::measured::{self, Groups};
 use super::obj::Obj;
@@ -26,7 +26,7 @@ use super::surface::{self, Surface};
 use super::texture;
 use crate::error::{InputError, Location};
 use crate::files;
-use crate::files::limits::{LARGEST_OBJ, LARGEST_TEXTURE, Reach};
+use crate::files::limits::{AllowedFolders, LARGEST_OBJ, LARGEST_TEXTURE};
 use crate::geometry::mesh::Placement;
 use crate::text::{listed, quoted};
 
@@ -63,7 +63,7 @@ pub(super) struct PlacedMesh {
 
 /// Reads files, and remembers what they were.
 pub(super) struct Reader {
-    pub(super) reach: Reach,
+    pub(super) reach: AllowedFolders,
     /// Files that are only here.
     memory: HashMap<PathBuf, Vec<u8>>,
     /// Over all that is read.
@@ -111,7 +111,7 @@ impl Reader {
     /// What is read by now as a scene of `path` and folders the user gives: nothing.
     pub(super) fn of(path: &Path, memory: HashMap<PathBuf, Vec<u8>>, include: &[PathBuf]) -> Self {
         Self {
-            reach: Reach::of(path, include),
+            reach: AllowedFolders::of(path, include),
             memory,
             hash: Sha256::new(),
             warnings: Vec::new(),
@@ -146,7 +146,7 @@ impl Reader {
     /// Sets meshes up in the world, and settles what their materials are.
     ///
     /// # Errors
-    /// Where the scene names a material or group that none has, or a material is said by nobody.
+    /// Where the scene names a material or group that no mesh has, or nothing defines a material.
     pub(super) fn placed(
         &mut self,
         file: &SceneFile,
@@ -227,7 +227,7 @@ impl Reader {
         let transform = placement.transform();
         let Obj { mut vertices, mut triangles, mut material_of, groups, materials, .. } = obj;
         vertices.par_iter_mut().for_each(|vertex| *vertex = transform(*vertex));
-        let faces = glass::Faces {
+        let faces = glass::GlassMesh {
             vertices: &mut vertices,
             triangles: &mut triangles,
             material_of: &mut material_of,
@@ -260,7 +260,7 @@ impl Reader {
             if let (None, Some(fallback)) = (&surface, &mut self.fallback) {
                 let section = fallback.section_of(&name.value, section);
                 surface = surface::resolve(&name.value, Some(&section), mtl, None, &mut self.warnings)?;
-                surface.iter_mut().for_each(|surface| surface.origin.source = Source::Default);
+                surface.iter_mut().for_each(|surface| surface.origin.source = MaterialSource::Default);
             }
             match surface {
                 Some(surface) => surfaces.push(surface),

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::dialect::{self, Told};
+use super::dialect::{self, Remarks};
 use super::fields::{Placed, section as section_of};
 use super::file::MaterialSection;
 use super::glazing::Glazing;
-use super::inventory::{Origin, Source};
+use super::inventory::{MaterialSource, Origin};
 use super::material::{Dielectric, Material, Sides};
 use super::mtl::MtlMaterial;
 use crate::error::{InputError, Location};
@@ -19,7 +19,7 @@ pub(crate) struct Surface {
     pub(crate) luminance: Option<[f64; 3]>,
     /// What it is where the mesh has sheets of it and no closed body: only glass of an MTL file has it.
     pub(crate) as_sheet: Option<Arc<Glazing>>,
-    /// Who says so, and what was made of it.
+    /// Where it is from, and how it was read.
     pub(crate) origin: Origin,
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn texture<'a>(
     let told = section.is_some_and(|section| {
         section.reflectance.is_some() || section.dielectric.is_some() || section.glazing.is_some()
     });
-    let clear = |mtl| says_nothing(section) && matches!(dialect::clear(mtl, &mut Told::default()), Ok(Some(_)));
+    let clear = |mtl| says_nothing(section) && matches!(dialect::clear(mtl, &mut Remarks::default()), Ok(Some(_)));
     mtl.filter(|mtl| !(told || clear(mtl)))?.texture.as_ref()
 }
 
@@ -53,14 +53,14 @@ pub(crate) fn resolve(
     warnings: &mut Vec<String>,
 ) -> Result<Option<Surface>, InputError> {
     let luminance = mtl.map(|mtl| luminance(name, mtl)).transpose()?.flatten();
-    let mut told = Told::default();
+    let mut told = Remarks::default();
     let roughness = section.and_then(|section| section.roughness.as_ref()).filter(|roughness| roughness.value > 0.0);
     let made = match clear(name, section, mtl, &mut told)? {
         Some(made) => Some(made),
         None => opaque(name, section, mtl, texture, &mut told)?,
     };
     warnings.append(&mut told.warnings);
-    let Some(Made { material, as_sheet, source }) = made else { return Ok(None) };
+    let Some(ResolvedMaterial { material, as_sheet, source }) = made else { return Ok(None) };
     if let Some(placed) = roughness.filter(|_| !material.mirrors()) {
         let why = if material.is_clear() { "it is smooth glass" } else { "it mirrors nothing" };
         warnings.push(format!("{}: roughness of material {} left out; {why}", placed.at, quoted(name)));
@@ -72,11 +72,11 @@ pub(crate) fn resolve(
     Ok(Some(Surface { material, luminance, as_sheet, origin: Origin { source, notes: told.notes } }))
 }
 
-/// What becomes of light at a material, and who says so.
-struct Made {
+/// What becomes of light at a material, and where that is from.
+struct ResolvedMaterial {
     material: Material,
     as_sheet: Option<Arc<Glazing>>,
-    source: Source,
+    source: MaterialSource,
 }
 
 /// Glass or glazing, if the material is that.
@@ -84,13 +84,13 @@ fn clear(
     name: &str,
     section: Option<&MaterialSection>,
     mtl: Option<&MtlMaterial>,
-    told: &mut Told,
-) -> Result<Option<Made>, InputError> {
+    told: &mut Remarks,
+) -> Result<Option<ResolvedMaterial>, InputError> {
     let black = Material::black(name);
     if let Some(section) = section.filter(|section| section.dielectric.is_some() || section.glazing.is_some()) {
         let glazing = section.glazing.clone().map(Arc::new);
         let material = Material { dielectric: section.dielectric, glazing, ..black };
-        return Ok(Some(Made { material, as_sheet: None, source: Source::Scene }));
+        return Ok(Some(ResolvedMaterial { material, as_sheet: None, source: MaterialSource::Scene }));
     }
     let Some(mtl) = mtl.filter(|_| says_nothing(section)) else { return Ok(None) };
     let Some(clear) = dialect::clear(mtl, told)? else { return Ok(None) };
@@ -99,7 +99,7 @@ fn clear(
         Some(ior) => (Material { dielectric: Some(Dielectric { ior, absorption: [0.0; 3] }), ..black }, pane),
         None => (Material { glazing: pane, ..black }, None),
     };
-    Ok(Some(Made { material, as_sheet, source: Source::Mtl }))
+    Ok(Some(ResolvedMaterial { material, as_sheet, source: MaterialSource::Mtl }))
 }
 
 /// A surface that light doesn't pass straight; `None` if nothing is said of it.
@@ -108,31 +108,31 @@ fn opaque(
     section: Option<&MaterialSection>,
     mtl: Option<&MtlMaterial>,
     texture: Option<[f64; 3]>,
-    told: &mut Told,
-) -> Result<Option<Made>, InputError> {
-    let word = |part: fn(&MaterialSection) -> &Option<Placed<[f64; 3]>>| part(section?).as_ref().map(Part::told);
+    told: &mut Remarks,
+) -> Result<Option<ResolvedMaterial>, InputError> {
+    let word = |part: fn(&MaterialSection) -> &Option<Placed<[f64; 3]>>| part(section?).as_ref().map(LightShare::told);
     let (mirror, sheet) = (word(|section| &section.specular), word(|section| &section.transmittance));
     let diffuse = match word(|section| &section.reflectance) {
         Some(reflectance) => Some(reflectance),
         None => mtl.map(|mtl| kd(name, mtl, texture)).transpose()?.flatten(),
     };
     // A section that speaks of a mirror or a sheet and of nothing else means that and nothing else.
-    let nothing_else = || mirror.as_ref().or(sheet.as_ref()).map(|part| Part { value: [0.0; 3], ..part.clone() });
+    let nothing_else = || mirror.as_ref().or(sheet.as_ref()).map(|part| LightShare { value: [0.0; 3], ..part.clone() });
     let Some(mut diffuse) = diffuse.or_else(nothing_else) else { return Ok(None) };
     let mirror = match (mirror, mtl) {
         (None, Some(mtl)) => mtl_mirror(mtl, &mut diffuse, sheet.as_ref(), told)?,
         (mirror, _) => mirror,
     };
-    let share = |part: &Option<Part>| part.as_ref().map_or([0.0; 3], |part| part.value);
+    let share = |part: &Option<LightShare>| part.as_ref().map_or([0.0; 3], |part| part.value);
     let (reflectance, specular, transmittance) = (diffuse.value, share(&mirror), share(&sheet));
     let sums = [0, 1, 2].map(|channel| reflectance[channel] + specular[channel] + transmittance[channel]);
     let words = [Some(&diffuse), mirror.as_ref(), sheet.as_ref()];
-    let source = Source::of(words.map(|part| part.map(|part| part.told)));
+    let source = MaterialSource::of(words.map(|part| part.map(|part| part.told)));
     let of_ns = mtl.filter(|_| mirror.as_ref().is_some_and(|mirror| !mirror.told)).map(dialect::roughness);
     if let Some(&sum) = sums.iter().find(|&&sum| sum > 1.0 + 1e-9) {
         let sheets = if sheet.is_some() { " + transmittance" } else { "" };
         let found = format!("reflectance + specular{sheets} = {sum} in material {}", quoted(name));
-        let at = Part::to_blame([Some(diffuse), mirror, sheet]);
+        let at = LightShare::to_blame([Some(diffuse), mirror, sheet]);
         return Err(InputError::new(at, found, "at most 1 in each channel"));
     }
     let roughness = section.and_then(|section| section.roughness.as_ref()).map(|roughness| roughness.value).or(of_ns);
@@ -144,15 +144,15 @@ fn opaque(
         sides: section.map_or(Sides::Two, |section| section.sides),
         ..Material::black(name)
     };
-    Ok(Some(Made { material, as_sheet: None, source }))
+    Ok(Some(ResolvedMaterial { material, as_sheet: None, source }))
 }
 
 /// `Kd`, times the colour of a texture; without `Kd` that counts as it is.
-fn kd(name: &str, mtl: &MtlMaterial, texture: Option<[f64; 3]>) -> Result<Option<Part>, InputError> {
-    let kd = mtl.diffuse.as_ref().map(|kd| Part::of_mtl(name, "Kd", "reflectance", kd)).transpose()?;
+fn kd(name: &str, mtl: &MtlMaterial, texture: Option<[f64; 3]>) -> Result<Option<LightShare>, InputError> {
+    let kd = mtl.diffuse.as_ref().map(|kd| LightShare::of_mtl(name, "Kd", "reflectance", kd)).transpose()?;
     Ok(match (kd, mtl.texture.as_ref().zip(texture)) {
         (Some(kd), Some((_, colour))) => Some(kd.times(colour)),
-        (None, Some((at, colour))) => Some(Part { value: colour, at: at.at.clone(), told: false }),
+        (None, Some((at, colour))) => Some(LightShare { value: colour, at: at.at.clone(), told: false }),
         (kd, None) => kd,
     })
 }
@@ -160,10 +160,10 @@ fn kd(name: &str, mtl: &MtlMaterial, texture: Option<[f64; 3]>) -> Result<Option
 /// What an MTL file's word makes a mirror of: `Ks`, or `diffuse` where it is a metal.
 fn mtl_mirror(
     mtl: &MtlMaterial,
-    diffuse: &mut Part,
-    sheet: Option<&Part>,
-    told: &mut Told,
-) -> Result<Option<Part>, InputError> {
+    diffuse: &mut LightShare,
+    sheet: Option<&LightShare>,
+    told: &mut Remarks,
+) -> Result<Option<LightShare>, InputError> {
     if let Some(metal) = dialect::metal(mtl).filter(|_| !diffuse.told) {
         told.notes.push(format!("a metal of Blender's: {metal} of Kd mirrors, as rough as Ns; Ks left out"));
         let mirror = diffuse.clone().times([metal; 3]);
@@ -171,7 +171,7 @@ fn mtl_mirror(
         return Ok(Some(mirror));
     }
     let Some(ks) = mtl.specular.as_ref().filter(|_| dialect::mirrors(mtl)) else { return Ok(None) };
-    let mirror = Part::of_mtl(&mtl.name, "Ks", "specular", ks)?;
+    let mirror = LightShare::of_mtl(&mtl.name, "Ks", "specular", ks)?;
     let most = (0..3).map(|c| diffuse.value[c] + mirror.value[c] + sheet.map_or(0.0, |sheet| sheet.value[c]));
     let most = most.fold(0.0, f64::max);
     if most <= 1.0 + 1e-9 {
@@ -196,16 +196,16 @@ fn mtl_mirror(
     Ok(None)
 }
 
-/// A share of light, and who says so.
+/// A share of light, and where it is from.
 #[derive(Clone)]
-struct Part {
+struct LightShare {
     value: [f64; 3],
     at: Location,
     /// Whether it is the scene file's word.
     told: bool,
 }
 
-impl Part {
+impl LightShare {
     fn told(part: &Placed<[f64; 3]>) -> Self {
         Self { value: part.value, at: part.at.clone(), told: true }
     }
@@ -225,7 +225,8 @@ impl Part {
         Self { value: [0, 1, 2].map(|channel| self.value[channel] * colour[channel]), ..self }
     }
 
-    /// Of shares that add up to too much, the place of the last; in the scene file, if any is: there the user can mend it.
+    /// Of shares that add up to too much, the place of the last; in the scene file, if any is: there the user can
+    /// correct it.
     fn to_blame(parts: [Option<Self>; 3]) -> Location {
         let mut all: Vec<&Self> = parts.iter().flatten().filter(|part| part.value != [0.0; 3]).collect();
         all.sort_by_key(|part| part.told);
@@ -265,7 +266,8 @@ mod tests {
         resolve("a", None, Some(&mtl[0]), None, &mut Vec::new()).expect("sound").expect("said")
     }
 
-    /// Glass of an MTL file is a pane of 1 − d, times Tf, where the mesh has sheets of it: at most 12/13, as n = 1.5 lets pass.
+    /// Glass of an MTL file is a pane of 1 − d, times Tf, where the mesh has sheets of it: at most 12/13, as n = 1.5
+    /// lets pass.
     #[test]
     fn glass_knows_what_it_is_as_a_sheet() {
         for (lines, share) in [

@@ -7,13 +7,13 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Most pixels of a texture: as many as a square of 8192. A file of some kilobytes may promise them; a progressive JPEG file of
-/// so many takes 0.6 GB and 2 s.
+/// Most pixels of a texture: as many as a square of 8192. A file of some kilobytes may promise them; a progressive JPEG
+/// file of so many takes 0.6 GB and 2 s.
 const MOST_PIXELS: u64 = 1 << 26;
 
 /// Mean of an image's pixels, linear Rec. 709 from 0 to 1, or why there is none. Pixels are taken for sRGB and decoded
-/// before they are averaged: it is light that adds up. Transparent pixels count by their opacity. The whole image counts
-/// once, whatever part of it the faces show. Cost: some 10 ns a pixel.
+/// before they are averaged: it is light that adds up. Transparent pixels count by their opacity. The whole image
+/// counts once, whatever part of it the faces show. Cost: some 10 ns a pixel.
 pub(crate) fn mean_colour(bytes: &[u8]) -> Result<[f64; 3], String> {
     let mut mean = Mean::default();
     match bytes {
@@ -67,7 +67,7 @@ fn decoded() -> [f64; 256] {
     })
 }
 
-/// A mean under way.
+/// A mean of the pixels added so far.
 struct Mean {
     decoded: [f64; 256],
     sums: [f64; 3],

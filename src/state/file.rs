@@ -3,13 +3,13 @@
 //! ```text
 //! luxmap state 3\n         magic and number of this format
 //! length of the words      8 bytes, little-endian, as all numbers
-//! words                    JSON, see `Words`
-//! sums                     as the run hands them over; see `Tape`
+//! words                    JSON, see `StateHeader`
+//! sums                     in the order in which the run writes them; see `Tape`
 //! checksum                 SHA-256 of all before, 32 bytes
 //! ```
 //!
-//! The file is written under a temporary name, handed to the disk, and only then renamed: under its own name it is always
-//! whole, and of some finished pass. Nothing of a file is believed before its checksum.
+//! The file is written under a temporary name, handed to the disk, and only then renamed: under its own name it is
+//! always whole, and of some finished pass. Nothing of a file is believed before its checksum.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -75,7 +75,7 @@ impl Recipe {
 /// What a file says of its state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Words {
+pub struct StateHeader {
     /// The scene file, where it was.
     pub scene: PathBuf,
     /// What made the state.
@@ -86,8 +86,12 @@ pub struct Words {
     pub next_check: Option<(f64, u32)>,
 }
 
-/// Writes a state and hands it to the disk. Cost: some 1 s a gigabyte.
-pub fn write(path: &Path, words: &Words, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
+/// Writes a state and has the system put it on the disk. Cost: some 1 s a gigabyte.
+pub fn write(
+    path: &Path,
+    words: &StateHeader,
+    sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>,
+) -> Result<(), Error> {
     files::write_whole(path, &mut |out| {
         let mut out = Hashing { inner: out, hash: Sha256::new() };
         let text = serde_json::to_vec(words)?;
@@ -107,7 +111,7 @@ pub struct Kept {
     path: PathBuf,
     file: BufReader<io::Take<File>>,
     /// What it says of itself.
-    pub words: Words,
+    pub words: StateHeader,
 }
 
 impl Kept {
@@ -162,14 +166,14 @@ impl Kept {
         }
         let mut text = vec![0; length as usize];
         file.read_exact(&mut text)?;
-        let words: Words = serde_json::from_slice(&text)?;
+        let words: StateHeader = serde_json::from_slice(&text)?;
         if !words.passes.is_valid() {
             return Err(crate::error::invalid(format!("impossible passes ({})", words.passes)));
         }
         Ok(Self { path: path.to_owned(), file, words })
     }
 
-    /// Adds its sums to what `sums` hands over.
+    /// Adds its sums to those that `sums` passes to the tape.
     pub fn add_to(mut self, sums: &mut dyn FnMut(&mut Tape<'_>) -> io::Result<()>) -> Result<(), Error> {
         let mut all = || {
             sums(&mut Tape::In(&mut self.file))?;

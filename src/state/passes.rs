@@ -67,7 +67,8 @@ impl Passes {
         &self.0
     }
 
-    /// Whether this is what a file may say: ranges in order, none empty, none past the last number, none meeting the next.
+    /// Whether this is what a file may say: ranges in order, none empty, none past the last number, none meeting the
+    /// next.
     pub fn is_valid(&self) -> bool {
         let whole = |range: &PassRange| range.count > 0 && range.end() <= u64::from(u32::MAX);
         let apart = |pair: &[PassRange]| pair[0].seed < pair[1].seed || pair[0].end() < u64::from(pair[1].first);

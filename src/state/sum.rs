@@ -1,13 +1,13 @@
 //! Sums whose bits do not depend on the order in which their parts come.
 //!
-//! What several processes find is added up in another order than one process would. A plain `f64` sum then differs in its
-//! last bits; of a sum in two `f64`, the second holding what the first had to round away, only the last bits of the second
-//! do, some 2⁻¹⁰⁶ of the sum, and the first is the exact sum rounded once.
+//! What several processes find is added up in another order than one process would. A plain `f64` sum then differs in
+//! its last bits; of a sum in two `f64`, the second holding what the first had to round away, only the last bits of the
+//! second do, some 2⁻¹⁰⁶ of the sum, and the first is the exact sum rounded once.
 
 /// A sum that rounds only when it is read.
 ///
-/// Its value is the same whatever the order of its parts, but where the exact sum lies within about 2⁻⁵⁰ of a rounding step
-/// from the middle between two `f64`: a chance of 10⁻¹⁵. Parts are finite and below 2¹⁰⁰⁰.
+/// Its value is the same whatever the order of its parts, but where the exact sum lies within about 2⁻⁵⁰ of a rounding
+/// step from the middle between two `f64`: a chance of 10⁻¹⁵. Parts are finite and below 2¹⁰⁰⁰.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
     /// The sum, rounded.
@@ -66,8 +66,8 @@ mod tests {
         sum
     }
 
-    /// Parts of very different size, as the light that rays find: forwards, backwards and in shares, the bits are the same,
-    /// where a plain sum's are not.
+    /// Parts of very different size, as the light that rays find: forwards, backwards and in shares, the bits are the
+    /// same, where a plain sum's are not.
     #[test]
     fn order_and_grouping_do_not_change_the_bits() {
         let part = |i: u32| {

@@ -8,8 +8,8 @@ use crate::error::invalid;
 /// Bytes moved at once.
 const BLOCK: usize = 1 << 16;
 
-/// A stream that sums are written to, or added from. What is kept describes itself once, by what it hands over in which
-/// order, and so can't be read otherwise than it was written.
+/// A stream that sums are written to, or added from. What is kept describes itself once, by what it gives to the tape
+/// in which order, and so can't be read otherwise than it was written.
 pub enum Tape<'a> {
     /// Everything is written.
     Out(&'a mut dyn Write),

@@ -5,7 +5,8 @@ pub(crate) fn short(value: f64) -> String {
     plain_or_scientific(round_to(value, 4), 4)
 }
 
-/// A number with its standard error, to two digits of that: `43.70 ± 0.62`; by itself where the error is nothing beside it.
+/// A number with its standard error, to two digits of that: `43.70 ± 0.62`; by itself where the error is nothing beside
+/// it.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
     if error <= 1e-5 * value.abs() || !error.is_finite() {
         return short(value);

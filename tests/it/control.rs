@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use luxmap::control::report::{Simulation, json, page, table};
-use luxmap::control::{AnaRc, Controller, Installation, Observation, Parameters, Phase, Script, Series};
+use luxmap::control::{AnaRc, AnaRcParameters, Controller, Installation, Observation, Phase, Script, Series};
 use luxmap::control::{phases, simulate, simulate_with};
-use luxmap::dimming::influence::{Dimmable, Place};
+use luxmap::dimming::influence::{Dimmable, SensorRow};
 use luxmap::dimming::{Goal, Influence, solve};
 use luxmap::luminaire::Supply;
 use luxmap::random::Stream;
@@ -25,7 +25,7 @@ fn room(targets: [Option<f64>; 5]) -> Influence {
         candela: Some(flux / std::f64::consts::PI),
         supply: supply.clone(),
     });
-    let sensors = desks.iter().zip(targets).enumerate().map(|(j, ([x, y], target))| Place {
+    let sensors = desks.iter().zip(targets).enumerate().map(|(j, ([x, y], target))| SensorRow {
         name: format!("desk {}", j + 1),
         position: [*x, *y, 0.75],
         normal: [0.0, 0.0, 1.0],
@@ -166,7 +166,7 @@ fn ana_rc_holds_targets_in_another_room() {
 fn regression_coefficients_find_the_influence() {
     let room = room(START);
     let script = script("duration = 1800", &room);
-    let mut ana_rc = AnaRc::new(&Installation::of(&room), Parameters::default());
+    let mut ana_rc = AnaRc::new(&Installation::of(&room), AnaRcParameters::default());
     simulate_with(&room, &script, 0, &mut ana_rc).unwrap_or_else(|error| panic!("{error}"));
     for (row, expected) in ana_rc.coefficients().iter().zip(&room.lux) {
         for (found, expected) in row.iter().zip(expected) {
@@ -253,7 +253,8 @@ fn a_large_room_keeps_its_labels() {
     let (first, corner) = (room.luminaires[0].clone(), room.sensors[0].clone());
     let lamp =
         |number: usize| Dimmable { name: format!("open plan[{},{}]", number / 9 + 1, number % 9 + 1), ..first.clone() };
-    let desk = |number: usize| Place { name: format!("desk {}.{}", number / 8 + 1, number % 8 + 1), ..corner.clone() };
+    let desk =
+        |number: usize| SensorRow { name: format!("desk {}.{}", number / 8 + 1, number % 8 + 1), ..corner.clone() };
     room.luminaires = (0..72).map(lamp).collect();
     room.sensors = (0..40).map(desk).collect();
     room.lux = (0..40).map(|desk| (0..72).map(|lamp| if lamp / 2 == desk { 300.0 } else { 5.0 }).collect()).collect();

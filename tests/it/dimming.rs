@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::files::Folder;
 use crate::common::{room, scene, sensor};
-use luxmap::dimming::influence::{Dimmable, Place, tell_apart};
+use luxmap::dimming::influence::{Dimmable, SensorRow, tell_apart};
 use luxmap::dimming::sure::{Known, Readings, solve_surely, verify};
 use luxmap::dimming::{Goal, Influence, solve};
 use luxmap::luminaire::Supply;
@@ -151,7 +151,7 @@ fn matrix(lux: Vec<Vec<f64>>, supplies: Vec<Supply>, asked: &[(f64, Option<f64>)
         candela: None,
         supply,
     });
-    let sensors = asked.iter().enumerate().map(|(number, (target, tolerance))| Place {
+    let sensors = asked.iter().enumerate().map(|(number, (target, tolerance))| SensorRow {
         name: format!("desk {number}"),
         position: [0.0; 3],
         normal: [0.0, 0.0, 1.0],

@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use luxmap::report::live::{Lamp, MAP_ERROR, MOST_BYTES, Map, Page, SENSOR_ERROR, Sensor};
+use luxmap::report::live::{LiveLamp, LiveSensor, MAP_ERROR, MOST_BYTES, Map, Page, SENSOR_ERROR};
 use serde_json::{Value, json};
 
 use crate::common::browser::Browser;
@@ -82,7 +82,7 @@ impl Room {
     }
 
     fn page(&self, planes: &[(&str, f64)], noise: f64) -> Page<'static> {
-        let lamp = |(i, &[x, y]): (usize, &[f64; 2])| Lamp {
+        let lamp = |(i, &[x, y]): (usize, &[f64; 2])| LiveLamp {
             name: format!("L[{},{}]", i / 3 + 1, i % 3 + 1),
             group: format!("row {}", i / 3 + 1),
             outline: vec![[x - 0.3, y - 0.3], [x + 0.3, y - 0.3], [x + 0.3, y + 0.3], [x - 0.3, y + 0.3]],
@@ -91,7 +91,7 @@ impl Room {
             power: vec![[0.1, 6.0], [0.4, 15.0], [1.0, 38.0]],
             off: 0.5,
         };
-        let sensor = |(j, &[x, y]): (usize, &[f64; 2])| Sensor {
+        let sensor = |(j, &[x, y]): (usize, &[f64; 2])| LiveSensor {
             name: format!("desk {}", j + 1),
             position: [x, y, 0.75],
             plane: Some(0),
@@ -141,7 +141,7 @@ fn sum(map: &Map, levels: &[f64]) -> Vec<f64> {
     sum
 }
 
-fn reading(sensor: &Sensor, levels: &[f64]) -> f64 {
+fn reading(sensor: &LiveSensor, levels: &[f64]) -> f64 {
     sensor.offset + sensor.influence.iter().zip(levels).map(|(e, level)| e * level).sum::<f64>()
 }
 
@@ -173,7 +173,7 @@ fn check(browser: &mut Browser, page: &Page<'_>) -> Vec<f64> {
 }
 
 /// Power of a luminaire, W.
-fn power(lamp: &Lamp, level: f64) -> f64 {
+fn power(lamp: &LiveLamp, level: f64) -> f64 {
     if level == 0.0 {
         return lamp.off;
     }
@@ -458,7 +458,7 @@ fn errors_decide_what_is_met() {
     }
     let levels: Vec<f64> = (0..15).map(|i| 0.3 + 0.04 * f64::from(i)).collect();
     let variance =
-        |sensor: &Sensor| sensor.error.iter().zip(&levels).map(|(e, level)| (e * level).powi(2)).sum::<f64>();
+        |sensor: &LiveSensor| sensor.error.iter().zip(&levels).map(|(e, level)| (e * level).powi(2)).sum::<f64>();
     // A render as sure as the matrix at these levels halves the variance there.
     let sensor = &mut page.sensors[2];
     let whole = variance(sensor);

@@ -5,7 +5,7 @@ use std::fs;
 use crate::common::files::{Folder, stderr, stdout};
 use luxmap::luminaire::Opening;
 use luxmap::scene::glazing::Glazing;
-use luxmap::scene::inventory::{Inventory, Source};
+use luxmap::scene::inventory::{Inventory, MaterialSource};
 use luxmap::scene::material::Dielectric;
 use luxmap::scene::{Material, Scene, Sides};
 
@@ -497,5 +497,5 @@ fn a_room_in_millimetres_is_asked_about() {
     assert_eq!(asked, 1, "{:?}", scene.warnings);
     let sources: Vec<_> =
         scene.materials.iter().zip(&scene.origins).map(|(m, o)| (m.name.as_str(), o.source)).collect();
-    assert_eq!(sources, [("wall", Source::Mtl), ("back", Source::Scene)]);
+    assert_eq!(sources, [("wall", MaterialSource::Mtl), ("back", MaterialSource::Scene)]);
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::common::eulumdat::Ldt;
-use luxmap::luminaire::photometry::{Format, Kind, Photometry, Shape, Symmetry};
+use luxmap::luminaire::photometry::{Format, Photometry, PlaneSystem, Shape, Symmetry};
 use luxmap::random::{Seed, Stream};
 
 /// Steps of the tables written here, degrees.
@@ -185,7 +185,7 @@ fn every_edition_and_symmetry_of_lm63_says_the_same() {
                 let file = Ies { header, ..Ies::of(symmetry, planes.clone(), last) };
                 let found = file.read();
                 let what = format!("{header:?} {symmetry:?} {count} planes to γ {last}");
-                assert_eq!((found.format, found.symmetry, found.kind), (format, symmetry, Kind::C), "{what}");
+                assert_eq!((found.format, found.symmetry, found.kind), (format, symmetry, PlaneSystem::C), "{what}");
                 assert_eq!(found.tabulated, [count, file.angles.len()], "{what}");
                 assert_eq!(found.notes, [""; 0], "{what}");
                 check(&found, symmetry, 1.0, &what);
@@ -284,11 +284,11 @@ fn floodlights_and_headlights_become_type_c() {
         Ies { kind, planes: h.clone(), angles: v.clone(), values, ..Ies::new() }.read()
     };
     let flood = of(2, |h, v| [h.cos() * v.sin(), -h.sin(), -h.cos() * v.cos()]);
-    assert_eq!((flood.kind, flood.symmetry), (Kind::B, Symmetry::None));
+    assert_eq!((flood.kind, flood.symmetry), (PlaneSystem::B, Symmetry::None));
     check(&flood, Symmetry::None, 1.0, "type B");
     // A headlight sees x > 0 only: the half of the directions it has.
     let head = of(3, |h, v| [v.cos() * h.cos(), -v.cos() * h.sin(), v.sin()]);
-    assert_eq!(head.kind, Kind::A);
+    assert_eq!(head.kind, PlaneSystem::A);
     for (c, gamma) in [(0.0, 30.0), (60.0, 45.0), (-60.0, 45.0), (80.0, 70.0)] {
         let [found, expected] = [head.intensity.at(c, gamma), intensity(Symmetry::None, c, gamma)];
         assert!((found - expected).abs() < between(), "C {c} γ {gamma}: {found}, expected {expected}");

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{assert_close, folder, run};
-use luxmap::luminaire::photometry::{Format, Kind, Photometry, Shape, Symmetry};
+use luxmap::luminaire::photometry::{Format, Photometry, PlaneSystem, Shape, Symmetry};
 use luxmap::render::plan::Method;
 use luxmap::scene::Scene;
 use zip::CompressionMethod;
@@ -409,7 +409,7 @@ fn one_plane_of_a_floodlight_holds_all_around() {
     is_lambertian(&flood, "type B");
     assert_eq!(
         (flood.kind, flood.symmetry, flood.notes.len()),
-        (Kind::B, Symmetry::Rotational, 1),
+        (PlaneSystem::B, Symmetry::Rotational, 1),
         "{:?}",
         flood.notes
     );
@@ -490,7 +490,11 @@ fn tm33_is_read_in_every_dialect() {
         let found = parse(name, &text);
         let flux = found.intensity.flux();
         assert!((flux / flux_of_points() - 1.0).abs() < 1e-6, "{name}: {flux} lm");
-        assert_eq!((found.format, found.kind, found.symmetry), (Format::Tm33, Kind::C, Symmetry::Rotational), "{name}");
+        assert_eq!(
+            (found.format, found.kind, found.symmetry),
+            (Format::Tm33, PlaneSystem::C, Symmetry::Rotational),
+            "{name}"
+        );
         assert_eq!((found.name.as_str(), found.power, found.lamps[0].flux), ("Lamp", Some(8.0), Some(700.0)), "{name}");
         assert_eq!(found.intensity.at(77.0, 30.0), 250.0, "{name}");
         let notes = ["no luminous area is told, taken for a point; opening = … in [[luminaire]] sets one"];

@@ -55,8 +55,9 @@ fn meshes_are_seen_as_large_as_their_solids() {
     }
 }
 
-/// Projected solid angle of an outline against the directions of a fine grid whose rays meet the body: n² cells about the
-/// up direction, by far enough for 2e-3 (edges cross √n · 4 of them). From afar it is area seen over distance squared.
+/// Projected solid angle of an outline against the directions of a fine grid whose rays meet the body: n² cells about
+/// the up direction, by far enough for 2e-3 (edges cross √n · 4 of them). From afar it is area seen over distance
+/// squared.
 #[test]
 fn outlines_hold_the_rays_that_meet_the_body() {
     let up = DVec3::Z;

@@ -1,4 +1,4 @@
-//! Lists of angles as files write them, and the symmetry that their ends tell.
+//! Lists of angles as files write them, and the symmetry that their ends show.
 //!
 //! Lists ascend as a rule. Some files list downwards, and some count planes past 360° (270 … 450) or begin anew at 0°
 //! (270 … 350, 0 … 90): the order of the directions is the same, so both are read, with a note.
@@ -86,7 +86,7 @@ fn unwrap(list: &mut [f64]) -> bool {
     false
 }
 
-/// Symmetry that planes of type C, ascending, tell by where they begin and end.
+/// Symmetry that planes of type C, ascending, show by where they begin and end.
 ///
 /// LM-63 knows 0° alone, 0° to 90°, 0° to 180°, 90° to 270° and 0° to 360°. Halves and quarters elsewhere between C0,
 /// C90, C180 and C270 can mean nothing else than those; and planes at equal steps all around need none at 0°.

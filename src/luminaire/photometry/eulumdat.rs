@@ -4,9 +4,9 @@
 //! One item a line: 26 lines about the luminaire, six for each set of lamps, ten direct ratios, the C-planes, the γ
 //! angles, and intensities in cd per 1000 lm of the lamps.
 //!
-//! - Sets of lamps are alternatives; the first counts, or the one that is chosen ([`Choice`]). A negative number of lamps means absolute photometry (Lighting
-//!   Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities are cd/klm in both cases, so I = value
-//!   × conversion factor × flux / 1000.
+//! - Sets of lamps are alternatives; the first counts, or the one that is chosen ([`Choice`]). A negative number of
+//!   lamps means absolute photometry (Lighting Analysts and DIAL, 2009): the flux is that of the luminaire. Intensities
+//!   are cd/klm in both cases, so I = value × conversion factor × flux / 1000.
 //! - With symmetry (Isym) only part of the planes have intensities: 1 one plane, 2 C0 … C180, 4 C0 … C90, 3 C270 over
 //!   C0 to C90 (from plane 3 Mc/4 + 1 on, Mc/2 + 1 of them); all Mc planes are listed nonetheless.
 //! - C0 is taken to lie across the lamp, C90 along it (`opening.rs`). Planes are taken to count counterclockwise seen
@@ -14,16 +14,16 @@
 //! - Without a set of lamps, or with lamps of 0 lm, it isn't known how much light there is: refused, unless the user
 //!   says what the luminaire gives.
 //! - C-planes and γ angles in descending order, and planes past 360°, are taken with a note (`angles.rs`).
-//! - Decimal commas are taken with a note, unless each could part thousands as well (`text.rs`). Numbers left over after
-//!   the last intensity are refused; text there is passed over.
+//! - Decimal commas are taken with a note, unless each could part thousands as well (`text.rs`). Numbers left over
+//!   after the last intensity are refused; text there is passed over.
 //! - The flux declared for the luminaire is that of the lamps × LORL.
 
 use std::path::Path;
 
-use super::opening::{LuminousOpening, Unit};
-use super::table::{Table, within_turn};
+use super::opening::{LengthUnit, LuminousOpening};
+use super::table::{IntensityTable, within_turn};
 use super::text::{self, Commas, Words, quoted};
-use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Symmetry, Values, angles};
+use super::{Choice, Format, Lamps, Notes, Photometry, PlaneSystem, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
 
 /// Lines of the head, which begin the file.
@@ -33,7 +33,7 @@ const HEAD: usize = 26;
 pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photometry, InputError> {
     let lines = text::lines(text);
     let mut notes = Notes::default();
-    let head = Lines { path, lines: &lines };
+    let head = NumberedLines { path, lines: &lines };
     let (kind, planes, angles) = (head.whole(3, "symmetry (Isym)", 0, 4)?, head.planes()?, head.angles()?);
     let sets = head.whole(26, "number of sets of lamps", 0, 1000)? as usize;
     let lamps = (0..sets).map(|set| head.lamps(HEAD + 6 * set, &mut notes)).collect::<Result<Vec<_>, _>>()?;
@@ -59,7 +59,7 @@ pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photomet
         notes.at(line, sentence);
     }
     notes.0.extend(others.0);
-    let opening_note = notes.opening(16, opening.doubt(Unit::Millimetre));
+    let opening_note = notes.opening(16, opening.doubt(LengthUnit::Millimetre));
     let share = |line: usize, what: &str, notes: &mut Notes| -> Result<Option<f64>, InputError> {
         let percent = head.number(line, what, notes)?;
         Ok((percent > 0.0 && percent <= 1000.0).then_some(percent / 100.0))
@@ -81,7 +81,7 @@ pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photomet
             .into_iter()
             .filter(|r| !r.1.is_empty())
             .collect(),
-        kind: Kind::C,
+        kind: PlaneSystem::C,
         symmetry: stored.symmetry,
         tabulated: [stored.planes, angles],
         intensity: body.unfold(stored.symmetry),
@@ -106,12 +106,12 @@ pub(super) fn is_eulumdat(text: &str) -> bool {
 }
 
 /// The lines of a file by their number, from 1.
-struct Lines<'a> {
+struct NumberedLines<'a> {
     path: &'a Path,
     lines: &'a [&'a str],
 }
 
-impl Lines<'_> {
+impl NumberedLines<'_> {
     fn text(&self, line: usize) -> &str {
         self.lines.get(line - 1).map_or("", |line| line.trim())
     }
@@ -270,7 +270,7 @@ impl Stored {
         factor: f64,
         words: &mut Words,
         notes: &mut Notes,
-    ) -> Result<Table, InputError> {
+    ) -> Result<IntensityTable, InputError> {
         let (start, left) = (words.at(), words.left());
         let needed = self.planes + angles + self.count * angles;
         if left < needed {
@@ -306,7 +306,7 @@ impl Stored {
             // From C270 over C0 to C90: as −90 … 90.
             stored.iter_mut().filter(|c| **c > 180.0).for_each(|c| *c -= 360.0);
         }
-        let mut table = Table { planes: stored, angles: gamma.list, candela: values.candela };
+        let mut table = IntensityTable { planes: stored, angles: gamma.list, candela: values.candela };
         table.turn(planes.fall && all, gamma.fall);
         table.close();
         super::check_nadir(&table, values.line, notes);

@@ -1,4 +1,4 @@
-//! What a photometric file is: by its content, by its ending only where content can't tell.
+//! What a photometric file is: by its content, by its ending only where content doesn't say.
 
 use std::path::Path;
 

@@ -4,12 +4,12 @@
 //! archive (EULUMDAT, LM-63 or TM-33), which is read as if it stood alone.
 //!
 //! - A variant is chosen by its name in any language, its product number or its id; a file of the archive by its name,
-//!   which then counts as it stands. No choice is needed where all variants come to the same light.
+//!   which then counts as it stands. No choice is needed where all variants have the same light.
 //! - Several light emitters in one `Emitter` are alternatives (`lamp_set` chooses; the first otherwise, and one for
-//!   emergencies only last). Several light outputs of one variant stand in places that only its 3D model tells: refused,
-//!   as are emitters that the product turns, and lamps of several channels.
-//! - **Flux**: a fixed emitter's `RatedLuminousFlux` is what the luminaire gives, and intensities are scaled to it, unless
-//!   it is the flux of the file's lamps. An equipment's lamps replace those of a relative file.
+//!   emergencies only last). Several light outputs of one variant stand in places that only its 3D model tells:
+//!   refused, as are emitters that the product turns, and lamps of several channels.
+//! - **Flux**: a fixed emitter's `RatedLuminousFlux` is what the luminaire gives, and intensities are scaled to it,
+//!   unless it is the flux of the file's lamps. An equipment's lamps replace those of a relative file.
 
 mod product;
 

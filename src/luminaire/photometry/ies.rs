@@ -10,11 +10,11 @@
 //!   from 2019, so there it isn't a factor. Radiance's `ies2rad` does the same.
 //! - **C90**: horizontal angles of type C count counterclockwise (LM-63-2002, chapter 3), seen from above as
 //!   `ies2rad` has it since 1993 (until then it mirrored): C0 towards +x, C90 towards +y.
-//! - **Tilt**: some lamps give less light when they are tilted (`tilt.rs`). Where the luminaire hangs as it was measured
-//!   the tilt is 0°, and that factor is what intensities are multiplied by; [`Tilt`] keeps all, and a scene takes the
-//!   one of the luminaire's actual tilt.
-//! - Type A and B become type C (`table.rs` tells how). One plane of them is taken as the same all around the axis, with
-//!   a note: nothing else is known of the other directions.
+//! - **Tilt**: some lamps give less light when they are tilted (`tilt.rs`). Where the luminaire hangs as it was
+//!   measured the tilt is 0°, and that factor is what intensities are multiplied by; [`Tilt`] keeps all, and a scene
+//!   takes the one of the luminaire's actual tilt.
+//! - Type A and B become type C (`table.rs` tells how). One plane of them is taken as the same all around the axis,
+//!   with a note: nothing else is known of the other directions.
 //! - **Commas** part numbers, or are decimal signs (`text.rs`): whichever fits the counts of angles. Numbers left over
 //!   after the last intensity are refused; text there is passed over.
 //! - Angles may descend, and planes may run past 360° (`angles.rs`).
@@ -25,10 +25,10 @@
 use std::path::Path;
 
 use super::labels::{self, Labels, edition, edition_of, names_tm33};
-use super::opening::{LuminousOpening, Unit};
-use super::table::Table;
+use super::opening::{LengthUnit, LuminousOpening};
+use super::table::IntensityTable;
 use super::text::{self, Commas, Words, quoted};
-use super::{Format, Kind, Notes, Photometry, Symmetry, Tilt, Values, angles, tilt};
+use super::{Format, Notes, Photometry, PlaneSystem, Symmetry, Tilt, Values, angles, tilt};
 use crate::error::{InputError, Location};
 use crate::luminaire::intensity::Intensity;
 
@@ -52,11 +52,11 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
     };
     let mut labels = Labels::read(&lines[first..tilt_line], format);
     let all = Words::new(path, &lines, tilt_line + 1, Commas::Decimal);
-    let (numbers, note) = text::settle(path, all, |commas| Numbers::read(path, format, &lines, tilt_line, commas))?;
+    let (numbers, note) = text::settle(path, all, |commas| IesData::read(path, format, &lines, tilt_line, commas))?;
     if let Some((line, sentence)) = note {
         notes.at(line, sentence);
     }
-    let Numbers { tilt, head, body, notes: others } = numbers;
+    let IesData { tilt, head, body, notes: others } = numbers;
     notes.0.extend(others.0);
     let opening_note = notes.opening(head.opening_line, head.opening.doubt(head.unit));
     labels.remarks.extend(head.generation.map(|text| ("file generation".to_owned(), text)));
@@ -85,14 +85,14 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
 
 /// What stands below `TILT=`.
 #[derive(PartialEq)]
-struct Numbers {
+struct IesData {
     tilt: Option<Tilt>,
     head: Head,
-    body: Body,
+    body: IesBody,
     notes: Notes,
 }
 
-impl Numbers {
+impl IesData {
     /// Reads them where commas mean that; they end with the file, or with text.
     fn read(path: &Path, format: Format, lines: &[&str], tilt_line: usize, commas: Commas) -> Result<Self, InputError> {
         let mut notes = Notes::default();
@@ -108,7 +108,7 @@ impl Numbers {
             let found = format!("tilt factor {hanging} at 0°");
             return Err(InputError::new(Location::line(path, tilt_line + 1), found, "more than 0"));
         }
-        let body = Body::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
+        let body = IesBody::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
         Ok(Self { tilt, head, body, notes })
     }
 }
@@ -130,8 +130,8 @@ struct Head {
     factor: f64,
     angles: usize,
     planes: usize,
-    kind: Kind,
-    unit: Unit,
+    kind: PlaneSystem,
+    unit: LengthUnit,
     opening: LuminousOpening,
     opening_line: usize,
     /// How the file came about, where it says so (2019).
@@ -156,9 +156,9 @@ impl Head {
         let (_, angles) = words.whole("number of vertical angles", 2, angles::MOST)?;
         let (_, planes) = words.whole("number of horizontal angles", 1, angles::MOST)?;
         let (kind_line, kind) = words.whole("photometric type", 1, 3)?;
-        let kind = [Kind::C, Kind::B, Kind::A][kind as usize - 1];
+        let kind = [PlaneSystem::C, PlaneSystem::B, PlaneSystem::A][kind as usize - 1];
         let (_, unit) = words.whole("unit of length (1 feet, 2 metres)", 1, 2)?;
-        let unit = if unit == 1 { Unit::Foot } else { Unit::Metre };
+        let unit = if unit == 1 { LengthUnit::Foot } else { LengthUnit::Metre };
         let opening_line = words.at();
         let opening = read_opening(path, format, unit.told().1, words, notes)?;
         let ballast = factor(path, words, "ballast factor")?;
@@ -180,7 +180,7 @@ impl Head {
         if power < 0.0 {
             notes.at(power_line, format!("{power} W, taken for unknown"));
         }
-        if kind == Kind::A {
+        if kind == PlaneSystem::A {
             notes.at(kind_line, "type A: the luminaire looks along C0, to the horizon (γ = 90°)".to_owned());
         }
         let (angles, planes) = (angles as usize, planes as usize);
@@ -247,44 +247,44 @@ fn read_opening(
 
 /// Angles and intensities.
 #[derive(PartialEq)]
-struct Body {
-    table: Table,
+struct IesBody {
+    table: IntensityTable,
     symmetry: Symmetry,
     /// Line of the planes.
     line: usize,
 }
 
-impl Body {
+impl IesBody {
     fn read(path: &Path, head: &Head, factor: f64, words: &mut Words, notes: &mut Notes) -> Result<Self, InputError> {
         let [vertical, horizontal] = match head.kind {
-            Kind::C => [[0.0, 180.0], angles::TURNS],
-            Kind::B => [[-180.0, 180.0], [-90.0, 90.0]],
-            Kind::A => [[-90.0, 90.0], [-180.0, 180.0]],
+            PlaneSystem::C => [[0.0, 180.0], angles::TURNS],
+            PlaneSystem::B => [[-180.0, 180.0], [-90.0, 90.0]],
+            PlaneSystem::A => [[-90.0, 90.0], [-180.0, 180.0]],
         };
         let angles = angles::read(path, words, head.angles, "vertical angle", vertical, notes)?;
         let planes = angles::read(path, words, head.planes, "horizontal angle", horizontal, notes)?;
         let (first, last) = (angles.list[0], angles.list[angles.list.len() - 1]);
         let complete = match head.kind {
-            Kind::C => [0.0, 90.0].contains(&first) && [90.0, 180.0].contains(&last),
-            Kind::A | Kind::B => [-90.0, 0.0, -180.0].contains(&first) && [90.0, 180.0].contains(&last),
+            PlaneSystem::C => [0.0, 90.0].contains(&first) && [90.0, 180.0].contains(&last),
+            PlaneSystem::A | PlaneSystem::B => [-90.0, 0.0, -180.0].contains(&first) && [90.0, 180.0].contains(&last),
         };
         if !complete {
             notes.at(angles.line, format!("vertical angles from {first}° to {last}°; beyond them there is no light"));
         }
         let symmetry = match head.kind {
-            Kind::C => angles::symmetry(path, planes.line, &planes.list, notes)?,
-            Kind::A | Kind::B => symmetry_of_a_or_b(planes.line, &planes.list, &angles.list, notes),
+            PlaneSystem::C => angles::symmetry(path, planes.line, &planes.list, notes)?,
+            PlaneSystem::A | PlaneSystem::B => symmetry_of_a_or_b(planes.line, &planes.list, &angles.list, notes),
         };
         let values = Values::read(path, words, head.planes * head.angles, factor, notes)?;
         let counted =
             format!("{} × {} angles have {} intensities", head.planes, head.angles, head.planes * head.angles);
         text::check_end(path, words, &counted, notes)?;
-        let mut table = Table { planes: planes.list, angles: angles.list, candela: values.candela };
+        let mut table = IntensityTable { planes: planes.list, angles: angles.list, candela: values.candela };
         table.turn(planes.fall, angles.fall);
         if table.close() {
             notes.at(values.line, "planes 0° and 360° differ; 0° is taken".to_owned());
         }
-        if head.kind == Kind::C {
+        if head.kind == PlaneSystem::C {
             super::check_nadir(&table, values.line, notes);
         }
         Ok(Self { table, symmetry, line: planes.line })
@@ -293,20 +293,22 @@ impl Body {
 
 /// A table of any type as C-planes all around; `line` is that of its planes.
 pub(super) fn into_intensity(
-    table: Table,
-    kind: Kind,
+    table: IntensityTable,
+    kind: PlaneSystem,
     symmetry: Symmetry,
     path: &Path,
     line: usize,
 ) -> Result<Intensity, InputError> {
     match kind {
-        Kind::C => Ok(table.unfold(symmetry)),
-        Kind::A | Kind::B if symmetry == Symmetry::Rotational => table.about_axis(kind == Kind::A).ok_or_else(|| {
-            let found = "one horizontal angle of type A or B, with intensities that differ up and down";
-            InputError::new(Location::line(path, line), found, "two or more")
-        }),
-        Kind::B => Ok(table.type_b_to_c()),
-        Kind::A => Ok(table.type_a_to_c()),
+        PlaneSystem::C => Ok(table.unfold(symmetry)),
+        PlaneSystem::A | PlaneSystem::B if symmetry == Symmetry::Rotational => {
+            table.about_axis(kind == PlaneSystem::A).ok_or_else(|| {
+                let found = "one horizontal angle of type A or B, with intensities that differ up and down";
+                InputError::new(Location::line(path, line), found, "two or more")
+            })
+        }
+        PlaneSystem::B => Ok(table.type_b_to_c()),
+        PlaneSystem::A => Ok(table.type_a_to_c()),
     }
 }
 

@@ -32,7 +32,7 @@ use std::path::Path;
 pub use opening::{LuminousOpening, Shape};
 pub use tilt::Tilt;
 
-use self::table::Table;
+use self::table::IntensityTable;
 use self::text::{Words, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
@@ -63,7 +63,7 @@ pub struct Photometry {
     /// Index of the set of lamps that counts.
     pub lamp_set: usize,
     /// How directions were tabulated, before they became C-planes and γ.
-    pub kind: Kind,
+    pub kind: PlaneSystem,
     /// Symmetry of the table, before it was unfolded.
     pub symmetry: Symmetry,
     /// C-planes (or horizontal angles) and γ (or vertical angles) in the file.
@@ -71,7 +71,7 @@ pub struct Photometry {
     /// Luminous intensity of the luminaire, cd: every factor of the file is in it, symmetries are unfolded.
     pub intensity: Intensity,
     /// Luminous flux that the file declares for the luminaire, lm. EULUMDAT: flux of the lamps × LORL. LM-63 declares
-    /// none (its relative files tell the lamps' flux, see [`Lamps::flux`]).
+    /// none (its relative files give the lamps' flux, see [`Lamps::flux`]).
     pub flux: Option<f64>,
     /// Share of the flux that goes down, 0 … 1, where the file declares it (EULUMDAT: DFF).
     pub downward: Option<f64>,
@@ -123,7 +123,7 @@ pub struct Choice {
     pub lamp_set: Option<Chosen<usize>>,
     /// Which variant (GLDF) or emitter (TM-33), by its name.
     pub variant: Option<Chosen<String>>,
-    /// Whether the luminaire's flux is known from elsewhere, so that the file need tell its distribution only.
+    /// Whether the luminaire's flux is known from elsewhere, so that the file has to give its distribution only.
     pub flux_is_told: bool,
 }
 
@@ -208,7 +208,7 @@ pub struct Lamps {
 
 /// How a goniometer tabulates directions (CIE 121, IES LM-75).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum PlaneSystem {
     /// Half-planes about the vertical axis, γ from the nadir.
     C,
     /// Planes about a horizontal axis along C90, floodlights.
@@ -313,7 +313,7 @@ impl Values {
 }
 
 /// Tells where planes of type C disagree about the one direction they share.
-fn check_nadir(table: &Table, line: usize, notes: &mut Notes) {
+fn check_nadir(table: &IntensityTable, line: usize, notes: &mut Notes) {
     let largest = table.candela.iter().fold(0.0_f64, |a, b| a.max(*b));
     if table.angles[0] == 0.0 {
         let values = table.candela.chunks(table.angles.len()).map(|plane| plane[0]);

@@ -1,6 +1,6 @@
 //! Luminous openings, as either format tells them.
 //!
-//! LM-63 gives width, length and height; their signs tell the shape, and what signs mean changed with the editions.
+//! LM-63 gives width, length and height; their signs give the shape, and what signs mean changed with the editions.
 //! In all of them *length* lies along the 0° plane ("parallel to the length of the luminaire", LM-63-1991;
 //! "photometric horizontal" in LM-63-2002) and *width* across it. The tables here are those that Radiance's `ies2rad`
 //! lists for 1986/1991, 1995 and 2002/2019. A code that its own edition lacks but another one has is common (discs of
@@ -23,7 +23,7 @@ pub struct LuminousOpening {
     pub c90: f64,
     /// Size in the direction of the nadir; 0 for flat openings that face it.
     pub height: f64,
-    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can tell four, in other files all
+    /// Heights of the luminous sides that C0, C90, C180 and C270 look at. EULUMDAT can give four, in other files all
     /// are `height`.
     pub sides: [f64; 4],
 }
@@ -53,13 +53,13 @@ pub enum Shape {
 
 /// Unit of length that a file declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unit {
+pub(super) enum LengthUnit {
     Foot,
     Metre,
     Millimetre,
 }
 
-impl Unit {
+impl LengthUnit {
     /// Its name, and its length in metres.
     pub(super) fn told(self) -> (&'static str, f64) {
         match self {
@@ -166,7 +166,7 @@ impl LuminousOpening {
     }
 
     /// What is doubtful about the sizes, and what may have been meant; nothing below 3 m.
-    pub(super) fn doubt(&self, given: Unit) -> Option<String> {
+    pub(super) fn doubt(&self, given: LengthUnit) -> Option<String> {
         let largest = self.largest();
         if largest <= LARGEST_USUAL {
             return None;
@@ -178,11 +178,12 @@ impl LuminousOpening {
         };
         let (name, length) = given.told();
         let sound = |(_, other): &(&str, f64)| (0.05..=LARGEST_USUAL).contains(&(largest / length * other));
-        // Of what is likely, that which makes it about as large as luminaires are; inches before all where feet are told.
+        // Of what is likely, that which makes it about as large as luminaires are; inches before all where feet are
+        // told.
         let off = |(_, other): &(&str, f64)| (largest / length * other / USUAL).ln().abs();
         let others = given.mistaken().iter().copied().filter(sound);
         let likely = match given {
-            Unit::Foot => others.clone().next(),
+            LengthUnit::Foot => others.clone().next(),
             _ => others.min_by(|a, b| off(a).total_cmp(&off(b))),
         };
         let meant = likely.map_or_else(String::new, |(other, metres_of_it)| {
@@ -252,21 +253,21 @@ mod tests {
 
     #[test]
     fn what_is_too_large_was_meant_in_another_unit() {
-        let of = |c0: f64, c90: f64, given: Unit| {
+        let of = |c0: f64, c90: f64, given: LengthUnit| {
             LuminousOpening::new(Shape::Rectangle, c0, c90, 0.0).scaled(given.told().1).doubt(given)
         };
         for (sizes, unit, says) in [
             (
                 [24.0, 24.0],
-                Unit::Foot,
+                LengthUnit::Foot,
                 Some("7.315 m × 7.315 m, as the file counts in feet; in inches it would be 0.6096 m × 0.6096 m"),
             ),
-            ([600.0, 600.0], Unit::Foot, Some("in mm it would be 0.6 m × 0.6 m")),
-            ([600.0, 1200.0], Unit::Metre, Some("in mm it would be 0.6 m × 1.2 m")),
-            ([60.0, 60.0], Unit::Metre, Some("in cm it would be 0.6 m × 0.6 m")),
-            ([6000.0, 500.0], Unit::Millimetre, Some("in tenths of a mm it would be 0.6 m × 0.05 m")),
-            ([1.2, 3.0], Unit::Metre, None),
-            ([9.8, 2.0], Unit::Foot, None),
+            ([600.0, 600.0], LengthUnit::Foot, Some("in mm it would be 0.6 m × 0.6 m")),
+            ([600.0, 1200.0], LengthUnit::Metre, Some("in mm it would be 0.6 m × 1.2 m")),
+            ([60.0, 60.0], LengthUnit::Metre, Some("in cm it would be 0.6 m × 0.6 m")),
+            ([6000.0, 500.0], LengthUnit::Millimetre, Some("in tenths of a mm it would be 0.6 m × 0.05 m")),
+            ([1.2, 3.0], LengthUnit::Metre, None),
+            ([9.8, 2.0], LengthUnit::Foot, None),
         ] {
             let found = of(sizes[0], sizes[1], unit);
             assert_eq!(found.is_some(), says.is_some(), "{sizes:?} {unit:?}: {found:?}");

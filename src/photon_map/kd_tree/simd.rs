@@ -1,7 +1,7 @@
 //! Sixteen numbers at once, by whatever instructions the processor has: AVX-512, AVX2 or none in particular.
 //!
-//! [`dispatch`] runs a piece of [`Work`] compiled for the best set it finds. All sets do the same operations in the same
-//! order and fuse none, so they give the same bits.
+//! [`dispatch`] runs a piece of [`Work`] compiled for the best set it finds. All sets do the same operations in the
+//! same order and fuse none, so they give the same bits.
 #![allow(unsafe_code, reason = "vector instructions may run only where the processor has them")]
 
 #[cfg(target_arch = "x86_64")]

@@ -1,9 +1,9 @@
 //! Numbers of layers, made small.
 //!
-//! A value is rounded to a multiple of the layer's step. What is kept is how far it lies from what its neighbours before it
-//! let expect: left + above − above left, but within left and above (the predictor of lossless JPEG, LOCO-I, Weinberger,
-//! Seroussi and Sapiro 2000). Differences are written as zigzag numbers in bytes of seven bits, lowest first, all of it is
-//! deflated (zlib) and put into base64.
+//! A value is rounded to a multiple of the layer's step. What is kept is how far it lies from what its neighbours
+//! before it let expect: left + above − above left, but within left and above (the predictor of lossless JPEG, LOCO-I,
+//! Weinberger, Seroussi and Sapiro 2000). Differences are written as zigzag numbers in bytes of seven bits, lowest
+//! first, all of it is deflated (zlib) and put into base64.
 
 use std::io::Write as _;
 

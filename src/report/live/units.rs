@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Lamp;
+use super::LiveLamp;
 
 /// One or more luminaires that are dimmed alike.
 #[derive(Serialize)]
@@ -22,12 +22,12 @@ pub(super) struct Unit<'a> {
 }
 
 /// Each luminaire by itself.
-pub(super) fn single(lamps: &[Lamp]) -> Vec<Unit<'_>> {
+pub(super) fn single(lamps: &[LiveLamp]) -> Vec<Unit<'_>> {
     lamps.iter().enumerate().map(|(index, lamp)| Unit::of(&lamp.name, lamps, vec![index])).collect()
 }
 
 /// The groups, in the order in which they are first named.
-pub(super) fn groups(lamps: &[Lamp]) -> Vec<Unit<'_>> {
+pub(super) fn groups(lamps: &[LiveLamp]) -> Vec<Unit<'_>> {
     let mut names: Vec<&str> = Vec::new();
     let mut members: std::collections::HashMap<&str, Vec<usize>> = std::collections::HashMap::new();
     for (index, lamp) in lamps.iter().enumerate() {
@@ -47,7 +47,7 @@ pub(super) fn sums<'a>(units: &'a [Unit<'_>], values: &'a [f64]) -> impl Iterato
 }
 
 impl<'a> Unit<'a> {
-    fn of(name: &'a str, lamps: &'a [Lamp], members: Vec<usize>) -> Self {
+    fn of(name: &'a str, lamps: &'a [LiveLamp], members: Vec<usize>) -> Self {
         let all = || members.iter().map(|&index| &lamps[index]);
         let least = all().map(|lamp| lamp.least).fold(0.0, f64::max);
         let mut levels: Vec<f64> = all().flat_map(|lamp| lamp.power.iter().map(|&[level, _]| level)).collect();
@@ -70,7 +70,7 @@ impl<'a> Unit<'a> {
 }
 
 /// Power of a luminaire that is on, W.
-fn power(lamp: &Lamp, level: f64) -> f64 {
+fn power(lamp: &LiveLamp, level: f64) -> f64 {
     let after = lamp.power.partition_point(|&[known, _]| known < level);
     match (after.checked_sub(1).map(|before| lamp.power[before]), lamp.power.get(after)) {
         (Some([a, low]), Some(&[b, high])) => low + (high - low) * (level - a) / (b - a),
@@ -86,7 +86,7 @@ mod tests {
     /// Two lamps at one level draw what both draw at that level, with a bend where either has one.
     #[test]
     fn a_group_draws_the_sum_of_its_luminaires() {
-        let lamp = |name: &str, least, power: &[[f64; 2]]| Lamp {
+        let lamp = |name: &str, least, power: &[[f64; 2]]| LiveLamp {
             name: name.into(),
             group: "row".into(),
             outline: vec![[0.0, 0.0]],

@@ -1,4 +1,4 @@
-//! What a distribution comes to: flux, largest intensity, beam and field angles.
+//! A distribution in a few figures: flux, largest intensity, beam and field angles.
 
 use crate::luminaire::intensity::Intensity;
 
@@ -47,7 +47,7 @@ impl Figures {
         }
         let flux = intensity.flux();
         let down = if flux > 0.0 { below(intensity).map_or(0.0, |part| part.flux()) / flux } else { 0.0 };
-        let sections = [0.0, 90.0].map(|c| Section::new(intensity, c));
+        let sections = [0.0, 90.0].map(|c| PlaneSection::new(intensity, c));
         let [beam, field] = [0.5, 0.1].map(|share| sections.each_ref().map(|section| section.spread(share)));
         Self { flux, down: down.clamp(0.0, 1.0), largest, beam, field }
     }
@@ -64,13 +64,13 @@ fn below(intensity: &Intensity) -> Option<Intensity> {
 }
 
 /// Intensities in a plane and the one opposite, over the angle from the axis in whose half space the largest is.
-struct Section {
+struct PlaneSection {
     /// Angle and intensity, ascending from −180° to 180°.
     points: Vec<[f64; 2]>,
     largest: f64,
 }
 
-impl Section {
+impl PlaneSection {
     fn new(intensity: &Intensity, c: f64) -> Self {
         let angles = intensity.angles();
         let both = |gamma: f64| [c, c + 180.0].map(|c| intensity.at(c, gamma));

@@ -18,7 +18,7 @@ use super::text::{kind, shape, symmetry};
 use crate::luminaire::photometry::{Lamps, LuminousOpening, Photometry};
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct LuminaireJson<'a> {
     luxmap: &'static str,
     file: String,
     format: &'static str,
@@ -78,7 +78,7 @@ pub fn json(path: &Path, photometry: &Photometry, figures: &Figures) -> String {
     let LuminousOpening { shape: form, c0, c90, height, sides } = photometry.opening;
     let spread = |spread: Spread| [spread.from, spread.to, spread.angle()];
     let [max_cd, max_c_deg, max_gamma_deg] = figures.largest;
-    let summary = Summary {
+    let summary = LuminaireJson {
         luxmap: env!("CARGO_PKG_VERSION"),
         file: path.display().to_string(),
         format: photometry.format.name(),

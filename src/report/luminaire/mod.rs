@@ -1,8 +1,9 @@
-//! What photometric files say: one for a person and for a program with its polar diagram, many as a list and a contact sheet.
+//! What photometric files say: one for a person and for a program with its polar diagram, many as a list and a contact
+//! sheet.
 //!
-//! [`write()`] makes a file's folder: `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` (keys: `json.rs`). [`Entry`]
-//! makes that for each of many files, and beside these folders `luminaires.csv` (columns: [`COLUMNS`]) and
-//! `luminaires.html`.
+//! [`write()`] makes a file's folder: `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` (keys:
+//! `json.rs`). [`Entry`] makes that for each of many files, and beside these folders `luminaires.csv` (columns:
+//! [`COLUMNS`]) and `luminaires.html`.
 
 mod figures;
 mod json;
@@ -23,8 +24,8 @@ use crate::error::Error;
 use crate::files;
 use crate::luminaire::photometry::Photometry;
 
-/// Writes `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` into a folder, making it where it's missing; returns
-/// their paths. Each is whole or not there, and on an error those of an earlier run stay.
+/// Writes `luminaire.html`, `polar.svg`, `polar.png` and `luminaire.json` into a folder, making it where it's missing;
+/// returns their paths. Each is whole or not there, and on an error those of an earlier run stay.
 ///
 /// # Errors
 /// [`Error::Write`] where the folder or a file can't be written.

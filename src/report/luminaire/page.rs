@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use maud::{Markup, html};
+
 use super::figures::Figures;
 use super::text::{rows, warnings};
 use crate::luminaire::photometry::Photometry;
-use crate::report::html::{self, definitions, document, escape, section};
+use crate::report::html::{self, definitions, document, own, section};
 use crate::report::png::{drawing, orientation, polar};
 
 /// Looks of the page beside those of its drawings.
@@ -13,21 +15,22 @@ const STYLE: &str = include_str!("page.css");
 
 /// The page of a file.
 pub(super) fn page(path: &Path, photometry: &Photometry, figures: &Figures) -> String {
-    let title = escape(&title(path, photometry));
+    let title = title(path, photometry);
     let facts = [photometry.manufacturer.as_str(), &photometry.catalogue, photometry.format.name()];
-    let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).map(escape).collect();
-    let shown = path.display().to_string();
-    let head = format!("<header>\n<h1>{title}</h1>\n<p>{}<br>{}</p>\n</header>\n", facts.join(" · "), escape(&shown));
-    let told = rows(photometry, figures).into_iter().map(|(name, text)| (name.to_owned(), escape(&text)));
-    let parts = [
-        head,
-        html::warnings(&warnings(photometry, figures)),
-        section("Intensity", &figure(&polar::diagram(photometry, figures, false).element())),
-        section("What the file says", &definitions(told)),
-        section("How it lies in the room", &(figure(&orientation::drawing(photometry).element()) + ORIENTATION)),
-        remarks(photometry),
-    ];
-    document(&title, &format!("{}{STYLE}", drawing::STYLE), &parts.concat())
+    let facts = facts.into_iter().filter(|fact| !fact.is_empty()).collect::<Vec<_>>().join(" · ");
+    let main = html! {
+        header { h1 { (title) } p { (facts) br; (path.display().to_string()) } }
+        (html::warnings(&warnings(photometry, figures)))
+        (section("Intensity", figure(&polar::diagram(photometry, figures, false).element())))
+        (section("What the file says", definitions(rows(photometry, figures))))
+        (section("How it lies in the room", html! {
+            (figure(&orientation::drawing(photometry).element())) (own(ORIENTATION))
+        }))
+        @if !photometry.remarks.is_empty() {
+            (section("Remarks", definitions(photometry.remarks.iter().map(|(name, text)| (name, text)))))
+        }
+    };
+    document(&title, &[drawing::STYLE, STYLE], &main)
 }
 
 /// What a luminaire is called: its name, else its catalogue number, else the file's name.
@@ -36,8 +39,8 @@ pub(super) fn title(path: &Path, photometry: &Photometry) -> String {
     [&photometry.name, &photometry.catalogue].into_iter().find(|name| !name.is_empty()).cloned().unwrap_or(file)
 }
 
-fn figure(drawing: &str) -> String {
-    format!("<figure>\n{drawing}</figure>\n")
+fn figure(drawing: &Markup) -> Markup {
+    html! { figure { "\n" (drawing) } "\n" }
 }
 
 /// What the drawing doesn't say.
@@ -46,12 +49,3 @@ const ORIENTATION: &str = "<p>With <code>rotation = 0</code> and without <code>a
     C90: counter-clockwise for whoever stands behind it and looks where it looks, so counter-clockwise on a plan where it looks \
     down. LM-63’s <i>length</i> lies along C0 and its <i>width</i> along C90; EULUMDAT’s <i>length</i> lies along C90 and its \
     <i>width</i> along C0.</p>\n";
-
-/// What else the file tells.
-fn remarks(photometry: &Photometry) -> String {
-    if photometry.remarks.is_empty() {
-        return String::new();
-    }
-    let pairs = photometry.remarks.iter().map(|(name, text)| (escape(name), escape(text)));
-    section("Remarks", &definitions(pairs))
-}

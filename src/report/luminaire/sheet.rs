@@ -1,13 +1,16 @@
-//! Many photometric files: a list as CSV, a contact sheet as a page that needs nothing else, a table for a terminal, JSON.
+//! Many photometric files: a list as CSV, a contact sheet as a page that needs nothing else, a table for a terminal,
+//! JSON.
 //!
-//! `luminaires.csv` is UTF-8 with a byte order mark, which spreadsheets want; a text that one would take for a formula (it begins
-//! with `=`, `+`, `-`, `@`, a tab or a line break) has an apostrophe in front. A file that can't be read has its name and `error` only.
+//! `luminaires.csv` is UTF-8 with a byte order mark, which spreadsheets want; a text that one would take for a formula
+//! (it begins with `=`, `+`, `-`, `@`, a tab or a line break) has an apostrophe in front. A file that can't be read has
+//! its name and `error` only.
 
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ::csv::WriterBuilder;
+use maud::{Markup, html};
 
 use super::figures::{Figures, Spread};
 use super::page::title;
@@ -17,14 +20,14 @@ use crate::error::Error;
 use crate::files;
 use crate::files::write::{first_free, safe};
 use crate::luminaire::photometry::Photometry;
-use crate::report::html::{document, escape};
+use crate::report::html::{document, list, own};
 use crate::report::png::{drawing, polar};
 use crate::report::table::columns;
 use crate::text::number::{round_to, short};
 
-/// Columns of `luminaires.csv`. `flux_ratio` is computed over declared; `flux_lamps_lm` what bare lamps give, where a file tells
-/// only that; beam (half of the largest intensity) and field (a tenth) are angles in C0/C180 and C90/C270; `warnings` are
-/// separated by ` | `.
+/// Columns of `luminaires.csv`. `flux_ratio` is computed over declared; `flux_lamps_lm` what bare lamps give, where a
+/// file tells only that; beam (half of the largest intensity) and field (a tenth) are angles in C0/C180 and C90/C270;
+/// `warnings` are separated by ` | `.
 pub const COLUMNS: [&str; 28] = [
     "file",
     "folder",
@@ -66,8 +69,9 @@ const SCRIPT: &str = include_str!("sheet.js");
 /// Longest name of a file's folder, characters.
 const LONGEST: usize = 120;
 
-/// Names of folders for files, which are named by where they lie, with `/` between: `a/b.ies` gets `a_b.ies`. Outer folders are
-/// left out where a name would be too long; where two would be the same in any case of letters, the second gets `-2`.
+/// Names of folders for files, which are named by where they lie, with `/` between: `a/b.ies` gets `a_b.ies`. Outer
+/// folders are left out where a name would be too long; where two would be the same in any case of letters, the second
+/// gets `-2`.
 pub fn folders(names: &[String]) -> Vec<String> {
     let mut taken: HashSet<String> = [CSV, PAGE].map(String::from).into();
     let folder = |name: &String| {
@@ -85,14 +89,14 @@ pub struct Entry {
     file: String,
     folder: String,
     json: String,
-    found: Result<Found, String>,
+    found: Result<ReadFile, String>,
 }
 
 /// What a file that could be read says. Its table of intensities is gone: thousands of files fit in memory.
-struct Found {
+struct ReadFile {
     /// Those of [`COLUMNS`] from the third to the last but one.
     cells: Vec<String>,
-    card: String,
+    card: Markup,
     flux: String,
     ratio: String,
     beam: String,
@@ -110,7 +114,7 @@ impl Entry {
             Ok(photometry) => {
                 let figures = Figures::new(&photometry.intensity);
                 write(file, &photometry, &figures, &home.join(&folder))?;
-                let found = Found::new(file, &folder, &photometry, &figures);
+                let found = ReadFile::new(file, &folder, &photometry, &figures);
                 Self { file: name, json: json::json(file, &photometry, &figures), folder, found: Ok(found) }
             }
             Err(error) => {
@@ -140,7 +144,7 @@ impl Entry {
     /// Its line on a terminal.
     fn line(&self) -> [String; 5] {
         let [flux, ratio, beam, warnings] = match &self.found {
-            Ok(Found { flux, ratio, beam, warnings, .. }) => {
+            Ok(ReadFile { flux, ratio, beam, warnings, .. }) => {
                 let warnings = if *warnings == 0 { String::new() } else { warnings.to_string() };
                 [flux.clone(), ratio.clone(), beam.clone(), warnings]
             }
@@ -150,19 +154,17 @@ impl Entry {
     }
 
     /// Its card of the contact sheet.
-    fn card(&self) -> String {
+    fn card(&self) -> Markup {
         match &self.found {
             Ok(found) => found.card.clone(),
-            Err(error) => format!(
-                "<article class=\"card odd\">\n<h2>{}</h2>\n<p class=\"error\">Not read: {}</p>\n</article>\n",
-                escape(&self.file),
-                escape(error)
-            ),
+            Err(error) => html! {
+                article class="card odd" { h2 { (self.file) } p class="error" { "Not read: " (error) } } "\n"
+            },
         }
     }
 }
 
-impl Found {
+impl ReadFile {
     fn new(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures) -> Self {
         let warnings = warnings(photometry, figures);
         let ratio = photometry.flux.filter(|flux| *flux > 0.0).map(|flux| figures.flux / flux);
@@ -227,7 +229,7 @@ fn angles(photometry: &Photometry, spreads: &[Spread; 2]) -> String {
     if photometry.tabulated[0] == 1 || a == b { format!("{a}°") } else { format!("{a}° × {b}°") }
 }
 
-fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, warnings: &[String]) -> String {
+fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, warnings: &[String]) -> Markup {
     let name = title(file, photometry);
     let diagram = polar::small(photometry, figures, &format!("Polar diagram of {name}"));
     let flux = match photometry.flux.filter(|flux| *flux > 0.0) {
@@ -243,24 +245,24 @@ fn card(file: &Path, folder: &str, photometry: &Photometry, figures: &Figures, w
     facts.extend(
         photometry.power.map(|power| ("Power", format!("{} W, {} lm/W", short(power), short(figures.flux / power)))),
     );
-    let facts: String = facts.iter().map(|(name, text)| format!("<dt>{name}</dt><dd>{}</dd>", escape(text))).collect();
-    let told: String = warnings.iter().map(|warning| format!("<li>{}</li>", escape(warning))).collect();
-    let told = match warnings.len() {
-        0 => told,
-        1 => format!("<details><summary>1 warning</summary><ul>{told}</ul></details>\n"),
-        count => format!("<details><summary>{count} warnings</summary><ul>{told}</ul></details>\n"),
-    };
-    let maker =
-        [photometry.manufacturer.as_str(), photometry.format.name()].into_iter().filter(|text| !text.is_empty());
-    format!(
-        "<article class=\"card{}\">\n<h2><a href=\"{}/luminaire.html\">{}</a></h2>\n<p>{}<br>{}</p>\n{diagram}<dl>{facts}</dl>\n\
-         {told}</article>\n",
-        if warnings.is_empty() { "" } else { " odd" },
-        address(folder),
-        escape(&name),
-        maker.map(escape).collect::<Vec<_>>().join(" · "),
-        escape(&file.display().to_string()),
-    )
+    let class = if warnings.is_empty() { "card" } else { "card odd" };
+    let maker = [photometry.manufacturer.as_str(), photometry.format.name()];
+    let maker = maker.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" · ");
+    html! {
+        article class=(class) {
+            h2 { a href={ (address(folder)) "/luminaire.html" } { (name) } }
+            p { (maker) br; (file.display().to_string()) } "\n"
+            (diagram)
+            dl { @for (name, text) in &facts { dt { (name) } dd { (text) } } } "\n"
+            @if !warnings.is_empty() {
+                details {
+                    summary { (warnings.len()) @if warnings.len() == 1 { " warning" } @else { " warnings" } }
+                    (list(warnings))
+                }
+            }
+        }
+        "\n"
+    }
 }
 
 /// A name as part of an address.
@@ -325,17 +327,26 @@ impl Sheet {
 
     /// The contact sheet.
     pub fn page(&self) -> String {
-        let cards: String = self.0.iter().map(Entry::card).collect();
-        let main = format!(
-            "<header>\n<h1>Luminaires</h1>\n<p>{}. Diagrams: <span class=\"key first\">C0/C180</span>, \
-             <span class=\"key second\">C90/C270</span>, each to its own largest intensity; the outer circle is that, the inner \
-             one half of it. C0 and C90 are to the right, the nadir is below. <a href=\"{CSV}\">{CSV}</a> has all figures.</p>\n\
-             </header>\n<div class=\"tools\" hidden>\n<label>Filter <input type=\"search\" id=\"filter\"></label>\n\
-             <label><input type=\"checkbox\" id=\"odd\"> only with warnings or not read</label>\n\
-             <output aria-live=\"polite\"></output>\n</div>\n<div class=\"cards\">\n{cards}</div>\n<script>\n{SCRIPT}</script>\n",
-            self.in_short()
-        );
-        document("Luminaires", &format!("{}{STYLE}", drawing::STYLE), &main)
+        let main = html! {
+            header {
+                h1 { "Luminaires" }
+                p {
+                    (self.in_short()) ". Diagrams: " span class="key first" { "C0/C180" } ", "
+                    span class="key second" { "C90/C270" } ", each to its own largest intensity; the outer circle is that, \
+                    the inner one half of it. C0 and C90 are to the right, the nadir is below. "
+                    a href=(CSV) { (CSV) } " has all figures."
+                }
+            }
+            div class="tools" hidden {
+                label { "Filter " input type="search" id="filter"; } "\n"
+                label { input type="checkbox" id="odd"; " only with warnings or not read" } "\n"
+                output aria-live="polite" {}
+            }
+            "\n"
+            div class="cards" { "\n" @for entry in &self.0 { (entry.card()) } }
+            script { "\n" (own(SCRIPT)) }
+        };
+        document("Luminaires", &[drawing::STYLE, STYLE], &main)
     }
 }
 

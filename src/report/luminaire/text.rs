@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::figures::{Figures, Spread};
-use crate::luminaire::photometry::{Kind, Lamps, LuminousOpening, Photometry, Shape, Symmetry};
+use crate::luminaire::photometry::{Lamps, LuminousOpening, Photometry, PlaneSystem, Shape, Symmetry};
 use crate::text::number::{percent, round_to, short};
 
 /// Difference of computed and declared flux up to which a file is at one with itself: rounding of its intensities.
@@ -70,7 +70,7 @@ fn axes(photometry: &Photometry) -> String {
     format!("looking down with rotation 0: C0 towards +x, C90 towards +y{length}")
 }
 
-/// What a user ought to know about a file: the reader's notes, and where it contradicts itself.
+/// What a user should know about a file: the reader's notes, and where it contradicts itself.
 pub(super) fn warnings(photometry: &Photometry, figures: &Figures) -> Vec<String> {
     let mut warnings = photometry.notes.clone();
     let flux = flux(photometry, figures);
@@ -101,11 +101,11 @@ fn lamps(set: &Lamps) -> String {
     text
 }
 
-pub(super) fn kind(kind: Kind) -> &'static str {
+pub(super) fn kind(kind: PlaneSystem) -> &'static str {
     match kind {
-        Kind::C => "C",
-        Kind::B => "B",
-        Kind::A => "A",
+        PlaneSystem::C => "C",
+        PlaneSystem::B => "B",
+        PlaneSystem::A => "A",
     }
 }
 

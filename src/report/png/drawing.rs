@@ -2,11 +2,11 @@
 //!
 //! Colours are named by what they are for ([`Role`]), so that a page can give them others in the dark.
 
-use std::fmt::Write as _;
 use std::io;
 
+use maud::{Markup, html};
+
 use super::canvas::{Canvas, Font, Ink};
-use crate::report::html::escape;
 
 /// Looks of drawings within a page: `fill-…` and `stroke-…` for each role.
 pub(crate) const STYLE: &str = include_str!("drawing.css");
@@ -43,9 +43,9 @@ impl Role {
         }
     }
 
-    /// The attribute that draws a line in it, in a page that has [`STYLE`].
+    /// The class that draws a line in it, in a page that has [`STYLE`].
     pub(super) fn stroke(self) -> String {
-        format!("class=\"stroke-{}\"", self.name())
+        format!("stroke-{}", self.name())
     }
 
     fn name(self) -> &'static str {
@@ -68,7 +68,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-enum Item {
+enum Primitive {
     Line {
         points: Vec<[f64; 2]>,
         closed: bool,
@@ -92,14 +92,14 @@ enum Item {
 /// A drawing, ready for either format; x to the right, y down, pixels.
 pub(crate) struct Drawing {
     pub(super) size: [f64; 2],
-    items: Vec<Item>,
+    items: Vec<Primitive>,
     /// What it shows, in words.
     description: String,
 }
 
 /// Where an SVG stands.
 #[derive(Clone, Copy, PartialEq)]
-enum Place {
+enum Medium {
     /// A file of its own, on white paper.
     File,
     /// In a page that has [`STYLE`].
@@ -113,15 +113,15 @@ impl Drawing {
     }
 
     pub(super) fn line(&mut self, points: Vec<[f64; 2]>, closed: bool, width: f64, role: Role) {
-        self.items.push(Item::Line { points, closed, width, role });
+        self.items.push(Primitive::Line { points, closed, width, role });
     }
 
     pub(super) fn area(&mut self, points: Vec<[f64; 2]>, role: Role) {
-        self.items.push(Item::Area { points, role });
+        self.items.push(Primitive::Area { points, role });
     }
 
     pub(super) fn text(&mut self, at: [f64; 2], text: impl Into<String>, font: Font, anchor: Anchor, role: Role) {
-        self.items.push(Item::Text { at, text: text.into(), font, anchor, role });
+        self.items.push(Primitive::Text { at, text: text.into(), font, anchor, role });
     }
 
     /// A line that ends in an arrow's head.
@@ -140,10 +140,12 @@ impl Drawing {
         let [width, height] = self.size;
         let moved = |points: Vec<[f64; 2]>| points.into_iter().map(|[x, y]| [x, y + height]).collect();
         self.items.extend(below.items.into_iter().map(|item| match item {
-            Item::Line { points, closed, width, role } => Item::Line { points: moved(points), closed, width, role },
-            Item::Area { points, role } => Item::Area { points: moved(points), role },
-            Item::Text { at: [x, y], text, font, anchor, role } => {
-                Item::Text { at: [x, y + height], text, font, anchor, role }
+            Primitive::Line { points, closed, width, role } => {
+                Primitive::Line { points: moved(points), closed, width, role }
+            }
+            Primitive::Area { points, role } => Primitive::Area { points: moved(points), role },
+            Primitive::Text { at: [x, y], text, font, anchor, role } => {
+                Primitive::Text { at: [x, y + height], text, font, anchor, role }
             }
         }));
         self.size = [width.max(below.size[0]), height + below.size[1]];
@@ -154,36 +156,35 @@ impl Drawing {
     /// Corners of its areas.
     #[cfg(test)]
     pub(super) fn outlines(&self) -> Vec<Vec<[f64; 2]>> {
-        let corners = |item: &Item| if let Item::Area { points, .. } = item { Some(points.clone()) } else { None };
+        let corners =
+            |item: &Primitive| if let Primitive::Area { points, .. } = item { Some(points.clone()) } else { None };
         self.items.iter().filter_map(corners).collect()
     }
 
     /// As an SVG file.
     pub(crate) fn svg(&self) -> String {
-        let [width, height] = self.size;
-        let head = format!(
-            "xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-             font-family=\"system-ui, 'Segoe UI', Roboto, Arial, sans-serif\""
-        );
-        let paper = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n");
-        self.elements(&head, &paper, Place::File)
+        self.drawn(Medium::File).into_string()
     }
 
     /// As an element of a page that has [`STYLE`]: it takes the width it gets, and the page's colours.
-    pub(crate) fn element(&self) -> String {
-        let [width, height] = self.size;
-        self.elements(&format!("class=\"drawing\" viewBox=\"0 0 {width} {height}\""), "", Place::Page)
+    pub(crate) fn element(&self) -> Markup {
+        self.drawn(Medium::Page)
     }
 
-    fn elements(&self, head: &str, paper: &str, place: Place) -> String {
-        let mut svg = format!(
-            "<svg {head} role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{paper}",
-            escape(&self.description)
-        );
-        for item in &self.items {
-            item.element(place, &mut svg);
+    fn drawn(&self, place: Medium) -> Markup {
+        let [width, height] = self.size.map(|side| side.to_string());
+        let in_file = place == Medium::File;
+        html! {
+            svg xmlns=[in_file.then_some("http://www.w3.org/2000/svg")] class=[(!in_file).then_some("drawing")]
+                viewBox={ "0 0 " (width) " " (height) } width=[in_file.then_some(&width)] height=[in_file.then_some(&height)]
+                font-family=[in_file.then_some("system-ui, 'Segoe UI', Roboto, Arial, sans-serif")]
+                role="img" aria-label=(self.description) {
+                "\n" title { (self.description) } "\n"
+                @if in_file { rect width=(width) height=(height) fill="#fff" {} "\n" }
+                @for item in &self.items { (item.element(place)) "\n" }
+            }
+            "\n"
         }
-        svg + "</svg>\n"
     }
 
     /// As a PNG file.
@@ -195,11 +196,11 @@ impl Drawing {
         };
         for item in &self.items {
             match item {
-                Item::Line { points, closed, width, role } => {
+                Primitive::Line { points, closed, width, role } => {
                     canvas.line(&single(points), *closed, *width as f32, role.ink(), 1.0);
                 }
-                Item::Area { points, role } => canvas.polygon(&single(points), role.ink(), 1.0),
-                Item::Text { at: [x, y], text, font, anchor, role } => {
+                Primitive::Area { points, role } => canvas.polygon(&single(points), role.ink(), 1.0),
+                Primitive::Text { at: [x, y], text, font, anchor, role } => {
                     let left = match anchor {
                         Anchor::Start => 0,
                         Anchor::Middle => font.width(text) / 2,
@@ -214,26 +215,30 @@ impl Drawing {
     }
 }
 
-impl Item {
-    /// Writes its SVG element.
-    fn element(&self, place: Place, svg: &mut String) {
-        let paint = |kind: &str, role: Role| match (place, role.ink()) {
-            (Place::File, [r, g, b]) => format!("{kind}=\"#{r:02x}{g:02x}{b:02x}\""),
-            (Place::Page, _) => format!("class=\"{kind}-{}\"", role.name()),
+impl Primitive {
+    /// Its SVG element.
+    fn element(&self, place: Medium) -> Markup {
+        let class = |kind: &str, role: Role| (place == Medium::Page).then(|| format!("{kind}-{}", role.name()));
+        let colour = |role: Role| {
+            let [r, g, b] = role.ink();
+            (place == Medium::File).then(|| format!("#{r:02x}{g:02x}{b:02x}"))
         };
-        let places = |points: &[[f64; 2]]| -> String {
-            points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
-        };
-        let _ = match self {
-            Self::Line { points, closed, width, role } => writeln!(
-                svg,
-                "<{} points=\"{}\" fill=\"none\" {} stroke-width=\"{width}\" stroke-linejoin=\"round\"/>",
-                if *closed { "polygon" } else { "polyline" },
-                places(points),
-                paint("stroke", *role)
-            ),
+        match self {
+            Self::Line { points, closed, width, role } => {
+                let (points, width) = (corners(points), width.to_string());
+                let (class, colour) = (class("stroke", *role), colour(*role));
+                html! {
+                    @if *closed {
+                        polygon points=(points) fill="none" class=[class] stroke=[colour] stroke-width=(width)
+                            stroke-linejoin="round" {}
+                    } @else {
+                        polyline points=(points) fill="none" class=[class] stroke=[colour] stroke-width=(width)
+                            stroke-linejoin="round" {}
+                    }
+                }
+            }
             Self::Area { points, role } => {
-                writeln!(svg, "<polygon points=\"{}\" {}/>", places(points), paint("fill", *role))
+                html! { polygon points=(corners(points)) class=[class("fill", *role)] fill=[colour(*role)] {} }
             }
             Self::Text { at: [x, y], text, font, anchor, role } => {
                 let size = 0.85 * f64::from(font.height());
@@ -242,15 +247,17 @@ impl Item {
                     Anchor::Middle => "middle",
                     Anchor::End => "end",
                 };
-                let weight = if font.is_bold() { " font-weight=\"600\"" } else { "" };
-                writeln!(
-                    svg,
-                    "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{size:.1}\" text-anchor=\"{anchor}\" {}{weight}>{}</text>",
-                    y + 0.35 * size,
-                    paint("fill", *role),
-                    escape(text)
-                )
+                let [x, y, size] = [*x, y + 0.35 * size, size].map(|length| format!("{length:.1}"));
+                html! {
+                    text x=(x) y=(y) font-size=(size) text-anchor=(anchor) class=[class("fill", *role)]
+                        fill=[colour(*role)] font-weight=[font.is_bold().then_some("600")] { (text) }
+                }
             }
-        };
+        }
     }
+}
+
+/// Corners as an attribute's value, pixels.
+pub(super) fn corners(points: &[[f64; 2]]) -> String {
+    points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }

@@ -21,7 +21,8 @@ pub(super) struct Isolux {
 }
 
 impl Grid {
-    /// The map's cells; where there are more than `limit` columns or rows, means over blocks of cells that have a value.
+    /// The map's cells; where there are more than `limit` columns or rows, means over blocks of cells that have a
+    /// value.
     pub(super) fn new(map: &IlluminanceMap, limit: [usize; 2]) -> Self {
         let [columns, rows] = [0, 1].map(|i| map.cells[i].min(limit[i].max(1)));
         let block = |row, column| {
@@ -96,7 +97,8 @@ impl Grid {
         inside && self.nearest([x / width, y / height]).is_some()
     }
 
-    /// Values without gaps: each gap takes the value of a nearest cell, so that lines run up to it. Empty without values.
+    /// Values without gaps: each gap takes the value of a nearest cell, so that lines run up to it. Empty without
+    /// values.
     fn filled(&self) -> Vec<f64> {
         let mut values = self.values.clone();
         let mut queue: VecDeque<usize> = (0..values.len()).filter(|&cell| values[cell].is_some()).collect();

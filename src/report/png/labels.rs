@@ -58,7 +58,8 @@ fn write(canvas: &mut Canvas, [left, top, right, bottom]: Area, text: &str, leve
     canvas.text(at, text, SMALL, scale.ink(level));
 }
 
-/// The free place for a label of this size, centred on a point of the line, where the line rises least across its width.
+/// The free place for a label of this size, centred on a point of the line, where the line rises least across its
+/// width.
 fn flattest(
     line: &[[f32; 2]],
     size: [f32; 2],

@@ -2,14 +2,13 @@
 //!
 //! The nadir is below, C0 and C90 are to the right.
 
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
 use super::canvas::{BOLD, NORMAL, SMALL, TITLE};
-use super::drawing::{Anchor, Drawing, Role};
+use super::drawing::{Anchor, Drawing, Role, corners};
 use super::scale::Scale;
 use crate::luminaire::intensity::Intensity;
 use crate::luminaire::photometry::{Photometry, Symmetry};
-use crate::report::html::escape;
 use crate::report::luminaire::Figures;
 use crate::text::number::short;
 
@@ -76,30 +75,28 @@ fn sections(photometry: &Photometry) -> usize {
 }
 
 /// A diagram the size of a stamp, without words, as an element of a page that has [`STYLE`](super::drawing::STYLE).
-pub(crate) fn small(photometry: &Photometry, figures: &Figures, description: &str) -> String {
+pub(crate) fn small(photometry: &Photometry, figures: &Figures, description: &str) -> Markup {
     let radius = SMALL_SIZE / 2.0 - 4.0;
-    let mut svg = format!(
-        "<svg class=\"drawing\" viewBox=\"{0} {0} {SMALL_SIZE} {SMALL_SIZE}\" role=\"img\" aria-label=\"{1}\">\
-         <g fill=\"none\" class=\"stroke-grid\"><circle r=\"{radius}\"/><circle r=\"{2}\"/>\
-         <path d=\"M-{radius},0H{radius}M0,-{radius}V{radius}\"/></g>",
-        -SMALL_SIZE / 2.0,
-        escape(description),
-        radius / 2.0
-    );
-    // The second below the first, which is the one to compare.
-    for (section, (_, role)) in SECTIONS.into_iter().enumerate().take(sections(photometry)).rev() {
+    let curve = |section: usize| {
         let pixels = radius / figures.largest[0].max(1e-300);
-        let points = curve(&photometry.intensity, 90.0 * section as f64, [0.0; 2], pixels, COARSE);
-        let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let dash = if section == 1 { " stroke-dasharray=\"5 3\"" } else { "" };
-        let _ = write!(
-            svg,
-            "<polygon points=\"{}\" fill=\"none\" {} stroke-width=\"1.6\" stroke-linejoin=\"round\"{dash}/>",
-            points.join(" "),
-            role.stroke()
-        );
+        corners(&curve(&photometry.intensity, 90.0 * section as f64, [0.0; 2], pixels, COARSE))
+    };
+    html! {
+        svg class="drawing" viewBox=(format!("{0} {0} {SMALL_SIZE} {SMALL_SIZE}", -SMALL_SIZE / 2.0)) role="img"
+            aria-label=(description) {
+            g fill="none" class="stroke-grid" {
+                circle r=(radius.to_string()) {}
+                circle r=((radius / 2.0).to_string()) {}
+                path d=(format!("M-{radius},0H{radius}M0,-{radius}V{radius}")) {}
+            }
+            // The second below the first, which is the one to compare.
+            @for (section, (_, role)) in SECTIONS.into_iter().enumerate().take(sections(photometry)).rev() {
+                polygon points=(curve(section)) fill="none" class=(role.stroke()) stroke-width="1.6"
+                    stroke-linejoin="round" stroke-dasharray=[(section == 1).then_some("5 3")] {}
+            }
+        }
+        "\n"
     }
-    svg + "</svg>\n"
 }
 
 /// Value of the outermost circle: the first tick that is no less than the largest intensity.
@@ -107,8 +104,8 @@ fn outermost(scale: &Scale) -> f64 {
     (scale.high / scale.step - 1e-9).ceil() * scale.step
 }
 
-/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels; points nearer than `least`
-/// to the one before are left out.
+/// The curve of a section, from the zenith over the first plane's side and the nadir back, pixels; points nearer than
+/// `least` to the one before are left out.
 fn curve(intensity: &Intensity, c: f64, centre: [f64; 2], pixels: f64, least: f64) -> Vec<[f64; 2]> {
     let mut angles: Vec<f64> = intensity.angles().to_vec();
     angles.extend((0..=360).map(|half| 0.5 * f64::from(half)));

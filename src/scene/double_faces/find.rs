@@ -6,15 +6,16 @@ use super::super::inventory::place_key;
 
 /// Triangles that lie on others.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Found {
+pub(super) struct Duplicates {
     /// A triangle and an earlier one that lies there the same way round.
     pub(super) repeated: Vec<[u32; 2]>,
     /// The first triangle at its place, and the first that lies there the other way round.
     pub(super) backs: Vec<[u32; 2]>,
 }
 
-/// Looks for triangles with the same corners (single precision); `skipped` are left out. Cost: O(n log n), by all threads.
-pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], skipped: impl Fn(u32) -> bool + Sync) -> Found {
+/// Looks for triangles with the same corners (single precision); `skipped` are left out. Cost: O(n log n), by all
+/// threads.
+pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], skipped: impl Fn(u32) -> bool + Sync) -> Duplicates {
     let place = |vertex: u32| vertices[vertex as usize];
     let key = |index: u32| {
         let corners = triangles[index as usize].map(|vertex| place_key(place(vertex)));
@@ -23,7 +24,7 @@ pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], skipped: impl 
     let count = u32::try_from(triangles.len()).expect("fewer than 4e9 triangles: memory ends before");
     let mut keys: Vec<(u64, u32)> = (0..count).into_par_iter().map(key).collect();
     keys.par_sort_unstable();
-    let mut found = Found::default();
+    let mut found = Duplicates::default();
     for run in keys.chunk_by(|(one, _), (other, _)| one == other).filter(|run| run.len() > 1) {
         // One place, but for the rarest chance.
         let first = run[0].1;

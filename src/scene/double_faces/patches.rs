@@ -1,9 +1,9 @@
 //! Flat faces that lie back to back but are cut into triangles along other diagonals.
 //!
-//! Where two of them share an edge, they are folded over it: both lie on the same side of it, in one plane, and look opposite
-//! ways. No other geometry does that, so without such a fold there is nothing to do. From the triangles at folds patches grow
-//! over the edges to neighbours in the same plane that look the same way. Two patches are front and back of one face if they
-//! look opposite ways and have the same area and the same corners along their rim.
+//! Where two of them share an edge, they are folded over it: both lie on the same side of it, in one plane, and look
+//! opposite ways. No other geometry does that, so without such a fold there is nothing to do. From the triangles at
+//! folds patches grow over the edges to neighbours in the same plane that look the same way. Two patches are front and
+//! back of one face if they look opposite ways and have the same area and the same corners along their rim.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -39,7 +39,7 @@ pub(super) fn find(vertices: &[[f32; 3]], triangles: &[[u32; 3]], candidates: &[
     if candidates.len() > MOST_TRIANGLES {
         return Vec::new();
     }
-    let surface = Surface::new(vertices, triangles, candidates);
+    let surface = PatchMesh::new(vertices, triangles, candidates);
     let mut patches = surface.grown_from(surface.folds());
     patches.sort_by_key(|grown| grown.members[0]);
     let mut fronts: HashMap<u64, Vec<Grown>> = HashMap::new();
@@ -81,14 +81,14 @@ struct Edge {
     side: u8,
 }
 
-struct Surface<'a> {
+struct PatchMesh<'a> {
     vertices: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
     /// Sorted by key, then by triangle.
     edges: Vec<Edge>,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> PatchMesh<'a> {
     fn new(vertices: &'a [[f32; 3]], triangles: &'a [[u32; 3]], candidates: &[u32]) -> Self {
         let mut surface = Self { vertices, triangles, edges: Vec::new() };
         let of = |&triangle: &u32| {
@@ -229,7 +229,7 @@ impl<'a> Surface<'a> {
         Some(Grown { members, area: sum.length() / 2.0, normal, rim })
     }
 
-    /// Front and back; `None` where it would take too long to tell what lies behind what.
+    /// Front and back; `None` where it would take too long to find out what lies behind what.
     fn patch(&self, front: Grown, back: Grown) -> Option<Patch> {
         let (axes, front, back) = (front.normal.any_orthonormal_pair(), front.members, back.members);
         let flat = |triangles: &[u32]| -> Vec<[DVec2; 3]> {
@@ -238,14 +238,14 @@ impl<'a> Surface<'a> {
         };
         let (fronts, backs) = (flat(&front), flat(&back));
         let numbers = |found: Vec<usize>, of: &[u32]| found.into_iter().map(|index| of[index]).collect();
-        let behind = numbers(Grid::new(&backs)?.under(&fronts)?, &back);
-        let before = numbers(Grid::new(&fronts)?.under(&backs)?, &front);
+        let behind = numbers(CellGrid::new(&backs)?.under(&fronts)?, &back);
+        let before = numbers(CellGrid::new(&fronts)?.under(&backs)?, &front);
         Some(Patch { front, back, behind, before })
     }
 }
 
 /// Triangles of a plane by square cells.
-struct Grid<'a> {
+struct CellGrid<'a> {
     triangles: &'a [[DVec2; 3]],
     corner: DVec2,
     cell: f64,
@@ -255,7 +255,7 @@ struct Grid<'a> {
     cells: Vec<Vec<u32>>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> CellGrid<'a> {
     /// As many cells as triangles, fewer where these are long.
     fn new(triangles: &'a [[DVec2; 3]]) -> Option<Self> {
         let corners = || triangles.iter().flatten();
@@ -294,7 +294,8 @@ impl<'a> Grid<'a> {
         ((at - self.corner) / self.cell).to_array().map(|steps| (steps.max(0.0) as usize).min(self.count - 1))
     }
 
-    /// For each of some triangles the number of the one in the grid that its middle lies in; `None` if that takes too long.
+    /// For each of some triangles the number of the one in the grid that its middle lies in; `None` if that takes too
+    /// long.
     fn under(&self, others: &[[DVec2; 3]]) -> Option<Vec<usize>> {
         let most = self.cells.iter().map(Vec::len).max().unwrap_or(0);
         if most.saturating_mul(others.len()) > MOST_PAIRS {
@@ -347,7 +348,8 @@ mod tests {
         let found = all(&triangles, &SQUARE);
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!((found[0].front.len(), found[0].back.len()), (2, 3));
-        // The back's cut from (½, 0) to (2, 2) passes between the middles of 0 1 2, at (4/3, 2/3), and 0 2 3, at (2/3, 4/3).
+        // The back's cut from (½, 0) to (2, 2) passes between the middles of 0 1 2, at (4/3, 2/3), and 0 2 3, at (2/3,
+        // 4/3).
         assert_eq!(found[0].behind, [2, 3]);
         assert_eq!(found[0].before, [0, 1, 1]);
     }

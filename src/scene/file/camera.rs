@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::super::{Camera, MeasuringPlane};
 use super::keys::{Key, Section, Table};
 use super::kinds::{Direction, Metres, Number, Range, Text, WholePair};
-use super::{Names, whole_image};
+use super::{TakenNames, whole_image};
 use crate::error::InputError;
 use crate::files::limits::MOST_PIXELS;
 
@@ -51,7 +51,7 @@ pixels = [960, 540]
 /// Reads one; `left` are the pixels that earlier ones have left.
 pub(super) fn read(
     section: &Section<'_>,
-    names: &mut Names,
+    names: &mut TakenNames,
     planes: &[MeasuringPlane],
     left: &mut u64,
 ) -> Result<Camera, InputError> {

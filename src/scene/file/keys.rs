@@ -61,7 +61,7 @@ pub(crate) trait Form: Sync {
 }
 
 /// A form whose values a section holds under one key.
-pub(crate) trait Kind: Form {
+pub(crate) trait KeyKind: Form {
     /// The value, as the rest of the program takes it.
     type Value;
 
@@ -158,7 +158,7 @@ impl<'a> Section<'a> {
     ///
     /// # Errors
     /// Where the value is of another form.
-    pub(crate) fn get<K: Kind>(&self, key: &Key<K>) -> Result<Option<K::Value>, InputError> {
+    pub(crate) fn get<K: KeyKind>(&self, key: &Key<K>) -> Result<Option<K::Value>, InputError> {
         self.asked(key);
         key.form.read(self, key.name)
     }
@@ -167,7 +167,7 @@ impl<'a> Section<'a> {
     ///
     /// # Errors
     /// As [`get`](Self::get).
-    pub(crate) fn placed<K: Kind>(&self, key: &Key<K>) -> Result<Option<Placed<K::Value>>, InputError> {
+    pub(crate) fn placed<K: KeyKind>(&self, key: &Key<K>) -> Result<Option<Placed<K::Value>>, InputError> {
         let value = self.get(key)?;
         Ok(value.zip(self.fields.place(key.name)).map(|(value, at)| Placed { value, at }))
     }
@@ -176,7 +176,7 @@ impl<'a> Section<'a> {
     ///
     /// # Errors
     /// As [`get`](Self::get); also where there is none.
-    pub(crate) fn need<K: Kind>(&self, key: &Key<K>) -> Result<K::Value, InputError> {
+    pub(crate) fn need<K: KeyKind>(&self, key: &Key<K>) -> Result<K::Value, InputError> {
         self.get(key)?.ok_or_else(|| self.missing(key))
     }
 
@@ -184,7 +184,7 @@ impl<'a> Section<'a> {
     ///
     /// # Errors
     /// As [`need`](Self::need).
-    pub(crate) fn need_placed<K: Kind>(&self, key: &Key<K>) -> Result<Placed<K::Value>, InputError> {
+    pub(crate) fn need_placed<K: KeyKind>(&self, key: &Key<K>) -> Result<Placed<K::Value>, InputError> {
         self.placed(key)?.ok_or_else(|| self.missing(key))
     }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::keys::{Form, Kind, Section, Table};
+use super::keys::{Form, KeyKind, Section, Table};
 use crate::error::InputError;
 
 /// Numbers between two bounds.
@@ -128,7 +128,7 @@ impl Form for Number {
     }
 }
 
-impl Kind for Number {
+impl KeyKind for Number {
     type Value = f64;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<f64>, InputError> {
@@ -149,7 +149,7 @@ macro_rules! several {
             }
         }
 
-        impl Kind for Numbers<$count> {
+        impl KeyKind for Numbers<$count> {
             type Value = [f64; $count];
 
             fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<[f64; $count]>, InputError> {
@@ -190,7 +190,7 @@ impl Form for Channels {
     }
 }
 
-impl Kind for Channels {
+impl KeyKind for Channels {
     type Value = [f64; 3];
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<[f64; 3]>, InputError> {
@@ -223,7 +223,7 @@ impl Form for Whole {
     }
 }
 
-impl Kind for Whole {
+impl KeyKind for Whole {
     type Value = u64;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<u64>, InputError> {
@@ -240,7 +240,7 @@ impl Form for WholePair {
     }
 }
 
-impl Kind for WholePair {
+impl KeyKind for WholePair {
     type Value = [u64; 2];
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<[u64; 2]>, InputError> {
@@ -261,7 +261,7 @@ impl Form for Metres {
     }
 }
 
-impl Kind for Metres {
+impl KeyKind for Metres {
     type Value = DVec3;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<DVec3>, InputError> {
@@ -278,7 +278,7 @@ impl Form for Direction {
     }
 }
 
-impl Kind for Direction {
+impl KeyKind for Direction {
     type Value = DVec3;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<DVec3>, InputError> {
@@ -302,7 +302,7 @@ impl Form for Text {
     }
 }
 
-impl Kind for Text {
+impl KeyKind for Text {
     type Value = String;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<String>, InputError> {
@@ -311,15 +311,15 @@ impl Kind for Text {
 }
 
 /// One of a few words, each with what it stands for.
-pub(crate) struct Word<T: 'static>(pub(crate) &'static [(&'static str, T)]);
+pub(crate) struct OneOf<T: 'static>(pub(crate) &'static [(&'static str, T)]);
 
-impl<T: Sync> Form for Word<T> {
+impl<T: Sync> Form for OneOf<T> {
     fn range(&self) -> String {
         self.0.iter().map(|(word, _)| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
     }
 }
 
-impl<T: Copy + Sync> Kind for Word<T> {
+impl<T: Copy + Sync> KeyKind for OneOf<T> {
     type Value = T;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<T>, InputError> {
@@ -338,7 +338,7 @@ impl Form for Switch {
     }
 }
 
-impl Kind for Switch {
+impl KeyKind for Switch {
     type Value = bool;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<bool>, InputError> {
@@ -364,7 +364,7 @@ impl<T> Form for Inner<T> {
     }
 }
 
-impl<T> Kind for Inner<T> {
+impl<T> KeyKind for Inner<T> {
     type Value = T;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<T>, InputError> {
@@ -395,7 +395,7 @@ impl<T> Form for Several<T> {
     }
 }
 
-impl<T> Kind for Several<T> {
+impl<T> KeyKind for Several<T> {
     type Value = T;
 
     fn read(&self, section: &Section<'_>, key: &str) -> Result<Option<T>, InputError> {

@@ -6,7 +6,7 @@ use super::super::fields::Placed;
 use super::array::{self, Array};
 use super::keys::{Key, Section, Table};
 use super::kinds::{Direction, Inner, Metres, Number, Numbers, Range, Text, Whole};
-use super::opening::{OPENING, Shape};
+use super::opening::{OPENING, OpeningShape};
 use super::supply::{self, DIMMING, DIMMING_MIN, POWER, STANDBY};
 use super::{MAINTENANCE_FACTOR, keys};
 use crate::error::InputError;
@@ -24,8 +24,8 @@ pub(crate) struct LuminaireSection {
     /// counter-clockwise seen from behind it whatever it looks at.
     pub(crate) rotation: f64,
     /// Where the section says it.
-    pub(crate) shape: Option<Shape>,
-    pub(crate) spread: Spread,
+    pub(crate) shape: Option<OpeningShape>,
+    pub(crate) spread: SpreadKey,
     /// Undimmed and new, lm, where the section says it.
     pub(crate) flux: Option<f64>,
     /// Level as the file has it, 0 where it is switched off; and what it draws.
@@ -38,7 +38,7 @@ pub(crate) struct LuminaireSection {
 }
 
 /// How light spreads.
-pub(crate) enum Spread {
+pub(crate) enum SpreadKey {
     Isotropic,
     Lambertian,
     /// As this photometric file has it, and what is chosen of it.
@@ -158,7 +158,7 @@ pub(super) fn read(section: &Section<'_>) -> Result<LuminaireSection, InputError
     let shape = section.get(&OPENING)?;
     let spread = spread(section, shape)?;
     let flux = section.get(&FLUX)?;
-    if flux.is_none() && !matches!(spread, Spread::File(..)) {
+    if flux.is_none() && !matches!(spread, SpreadKey::File(..)) {
         return Err(section.missing(&FLUX));
     }
     Ok(LuminaireSection {
@@ -178,9 +178,9 @@ pub(super) fn read(section: &Section<'_>) -> Result<LuminaireSection, InputError
 }
 
 /// How light spreads: a photometric file, or one of the built-in kinds.
-fn spread(section: &Section<'_>, shape: Option<Shape>) -> Result<Spread, InputError> {
+fn spread(section: &Section<'_>, shape: Option<OpeningShape>) -> Result<SpreadKey, InputError> {
     let photometry = section.placed(&PHOTOMETRY)?;
-    let is_point = matches!(shape, None | Some(Shape::Point));
+    let is_point = matches!(shape, None | Some(OpeningShape::Point));
     let lamp_set = section.placed(&LAMP_SET)?;
     let variant = section.placed(&VARIANT)?;
     let built_in = photometry.as_ref().is_none_or(|word| ["lambertian", "isotropic"].contains(&word.value.as_str()));
@@ -189,10 +189,10 @@ fn spread(section: &Section<'_>, shape: Option<Shape>) -> Result<Spread, InputEr
         return Err(section.refusal(key, format!("a photometric file that {} chooses from", key.name())));
     }
     match photometry {
-        None if is_point => Ok(Spread::Isotropic),
-        None => Ok(Spread::Lambertian),
-        Some(word) if word.value == "lambertian" => Ok(Spread::Lambertian),
-        Some(word) if word.value == "isotropic" && is_point => Ok(Spread::Isotropic),
+        None if is_point => Ok(SpreadKey::Isotropic),
+        None => Ok(SpreadKey::Lambertian),
+        Some(word) if word.value == "lambertian" => Ok(SpreadKey::Lambertian),
+        Some(word) if word.value == "isotropic" && is_point => Ok(SpreadKey::Isotropic),
         Some(word) if word.value == "isotropic" => Err(section
             .refusal(&PHOTOMETRY, "\"lambertian\" for an opening with an area")
             .hint("only points shine alike in all directions")),
@@ -202,7 +202,7 @@ fn spread(section: &Section<'_>, shape: Option<Shape>) -> Result<Spread, InputEr
                 variant: variant.map(|name| Chosen { value: name.value, at: name.at }),
                 flux_is_told: false,
             };
-            Ok(Spread::File(file, choice))
+            Ok(SpreadKey::File(file, choice))
         }
     }
 }

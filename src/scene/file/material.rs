@@ -4,7 +4,7 @@ use super::super::fields::{Placed, plain};
 use super::super::glazing::{Curve, Glazing};
 use super::super::material::{Dielectric, Sides};
 use super::keys::{Key, Section, Table};
-use super::kinds::{Channels, Inner, Number, Range, Several, Word};
+use super::kinds::{Channels, Inner, Number, OneOf, Range, Several};
 use crate::error::{InputError, Location};
 
 /// A `[material.NAME]`.
@@ -62,9 +62,9 @@ static TRANSMITTANCE: Key<Channels> = Key::optional(
     "0",
     "Share of the light that leaves the other side diffusely, by Lambert's law: blinds, opal glass.",
 );
-static SIDES: Key<Word<Sides>> = Key::optional(
+static SIDES: Key<OneOf<Sides>> = Key::optional(
     "sides",
-    Word(&[("one", Sides::One), ("two", Sides::Two)]),
+    OneOf(&[("one", Sides::One), ("two", Sides::Two)]),
     "\"two\"",
     "Whether both sides are alike, or the back absorbs all light; the front is where vertices run counter-clockwise.",
 );

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::fields::Placed;
 use super::keys::{Key, Section, Table};
-use super::kinds::{Metres, Number, Range, Text, Word};
+use super::kinds::{Metres, Number, OneOf, Range, Text};
 use crate::error::InputError;
 use crate::geometry::mesh::Placement;
 
@@ -20,14 +20,14 @@ static FILE: Key<Text> = Key::needed(
     "\"room.obj\"",
     "The mesh, looked up from the folder of the scene file.",
 );
-static UNIT: Key<Word<f64>> = Key::optional(
+static UNIT: Key<OneOf<f64>> = Key::optional(
     "unit",
-    Word(&[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("in", 0.0254)]),
+    OneOf(&[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("in", 0.0254)]),
     "\"m\"",
     "Unit of the coordinates in the OBJ file.",
 );
-static UP: Key<Word<bool>> =
-    Key::optional("up", Word(&[("z", false), ("y", true)]), "\"z\"", "Axis of the OBJ file that points up.");
+static UP: Key<OneOf<bool>> =
+    Key::optional("up", OneOf(&[("z", false), ("y", true)]), "\"z\"", "Axis of the OBJ file that points up.");
 static TRANSLATE: Key<Metres> =
     Key::optional("translate", Metres, "[0, 0, 0]", "Shift of the mesh, after it is scaled and turned.");
 static ROTATE_Z: Key<Number> = Key::optional(

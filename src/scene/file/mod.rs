@@ -33,10 +33,10 @@ use crate::text::quoted;
 pub(crate) use array::Array;
 use keys::{Key, NamedSections, Section, Sections, Table};
 use kinds::{Inner, Number, Range, Text, WholePair};
-pub(crate) use luminaire::{LuminaireSection, Spread};
+pub(crate) use luminaire::{LuminaireSection, SpreadKey};
 pub(crate) use material::MaterialSection;
 pub(crate) use mesh::MeshSection;
-pub(crate) use opening::Shape;
+pub(crate) use opening::OpeningShape;
 
 /// A scene file, read and checked by itself: what depends on the meshes is still open. World coordinates.
 pub(crate) struct SceneFile {
@@ -165,12 +165,12 @@ fn materials(top: &Section<'_>) -> Result<Vec<MaterialSection>, InputError> {
 }
 
 fn planes(top: &Section<'_>) -> Result<Vec<MeasuringPlane>, InputError> {
-    let (mut names, mut left) = (Names::new("plane"), MOST_CELLS);
+    let (mut names, mut left) = (TakenNames::new("plane"), MOST_CELLS);
     top.sections(&PLANES)?.map(|section| plane::read(&section?, &mut names, &mut left)).collect()
 }
 
 fn sensors(top: &Section<'_>) -> Result<Vec<Sensor>, InputError> {
-    let (mut names, mut sensors) = (Names::new("sensor"), Vec::new());
+    let (mut names, mut sensors) = (TakenNames::new("sensor"), Vec::new());
     for section in top.sections(&SENSORS)? {
         sensor::read(&section?, &mut names, &mut sensors)?;
     }
@@ -178,12 +178,12 @@ fn sensors(top: &Section<'_>) -> Result<Vec<Sensor>, InputError> {
 }
 
 fn cameras(top: &Section<'_>, planes: &[MeasuringPlane]) -> Result<Vec<Camera>, InputError> {
-    let (mut names, mut left) = (Names::new("camera"), MOST_PIXELS);
+    let (mut names, mut left) = (TakenNames::new("camera"), MOST_PIXELS);
     top.sections(&CAMERAS)?.map(|section| camera::read(&section?, &mut names, planes, &mut left)).collect()
 }
 
 fn surfaces(top: &Section<'_>) -> Result<Vec<SurfaceSection>, InputError> {
-    let mut names = Names::new("surface");
+    let mut names = TakenNames::new("surface");
     top.sections(&SURFACES)?.map(|section| surface::read(&section?, &mut names)).collect()
 }
 
@@ -209,12 +209,12 @@ fn whole_image(
 }
 
 /// The names given so far to things of one kind, each with its place.
-struct Names {
+struct TakenNames {
     kind: &'static str,
     taken: HashMap<String, Location>,
 }
 
-impl Names {
+impl TakenNames {
     fn new(kind: &'static str) -> Self {
         Self { kind, taken: HashMap::new() }
     }

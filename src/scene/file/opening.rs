@@ -7,7 +7,7 @@ use crate::geometry::body::Solid;
 
 /// Form of a luminous opening, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shape {
+pub(crate) enum OpeningShape {
     Point,
     Rectangle([f64; 2]),
     Disc {
@@ -20,7 +20,7 @@ pub(crate) enum Shape {
     Solid(Solid, [f64; 3], usize),
 }
 
-pub(super) static OPENING: Key<Several<Shape>> = Key::optional(
+pub(super) static OPENING: Key<Several<OpeningShape>> = Key::optional(
     "opening",
     Several { unit: "m", forms: FORM, tables: &[&FORMS], read },
     "that of the photometric file, else a point",
@@ -71,25 +71,25 @@ static FORMS: Table = Table {
     example: "",
 };
 
-fn read(section: &Section<'_>, key: &str) -> Result<Option<Shape>, InputError> {
+fn read(section: &Section<'_>, key: &str) -> Result<Option<OpeningShape>, InputError> {
     if section.fields.is_text(key) {
         return match section.fields.text(key)? {
-            Some(word) if word.value == "point" => Ok(Some(Shape::Point)),
+            Some(word) if word.value == "point" => Ok(Some(OpeningShape::Point)),
             _ => Err(section.fields.refusal(key, FORM)),
         };
     }
     let Some(opening) = section.inner(key, FORM, &FORMS)? else { return Ok(None) };
-    let round = |[diameter, height]: [f64; 2]| Shape::Solid(Solid::Cylinder, [diameter, diameter, height], 2);
-    let along = |[length, diameter]: [f64; 2]| Shape::Solid(Solid::Cylinder, [length, diameter, diameter], 0);
+    let round = |[diameter, height]: [f64; 2]| OpeningShape::Solid(Solid::Cylinder, [diameter, diameter, height], 2);
+    let along = |[length, diameter]: [f64; 2]| OpeningShape::Solid(Solid::Cylinder, [length, diameter, diameter], 0);
     let said = [
-        opening.get(&RECTANGLE)?.map(Shape::Rectangle),
-        opening.get(&DISC)?.map(|diameter| Shape::Disc { diameter }),
-        opening.get(&ELLIPSE)?.map(Shape::Ellipse),
-        opening.get(&BOX)?.map(|sizes| Shape::Solid(Solid::Box, sizes, 2)),
+        opening.get(&RECTANGLE)?.map(OpeningShape::Rectangle),
+        opening.get(&DISC)?.map(|diameter| OpeningShape::Disc { diameter }),
+        opening.get(&ELLIPSE)?.map(OpeningShape::Ellipse),
+        opening.get(&BOX)?.map(|sizes| OpeningShape::Solid(Solid::Box, sizes, 2)),
         opening.get(&CYLINDER)?.map(round),
         opening.get(&TUBE)?.map(along),
-        opening.get(&SPHERE)?.map(|diameter| Shape::Solid(Solid::Ellipsoid, [diameter; 3], 2)),
-        opening.get(&ELLIPSOID)?.map(|sizes| Shape::Solid(Solid::Ellipsoid, sizes, 2)),
+        opening.get(&SPHERE)?.map(|diameter| OpeningShape::Solid(Solid::Ellipsoid, [diameter; 3], 2)),
+        opening.get(&ELLIPSOID)?.map(|sizes| OpeningShape::Solid(Solid::Ellipsoid, sizes, 2)),
     ];
     let mut said = said.into_iter().flatten();
     match (said.next(), said.next()) {

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::super::areas::{Areas, Band, Required, Task, centres};
 use super::super::{MeasuringPlane, PlaneKind};
 use super::keys::{Key, Section, Sections, Table};
-use super::kinds::{Inner, Metres, Number, Numbers, Range, Text, WholePair, Word};
-use super::{Names, whole_image};
+use super::kinds::{Inner, Metres, Number, Numbers, OneOf, Range, Text, WholePair};
+use super::{TakenNames, whole_image};
 use crate::error::InputError;
 use crate::files::limits::MOST_CELLS;
 
@@ -26,9 +26,9 @@ static CELLS: Key<WholePair> = Key::needed(
     "[120, 144]",
     "Number of cells along and across; grid points are their centres.",
 );
-static ON: Key<Word<PlaneKind>> = Key::optional(
+static ON: Key<OneOf<PlaneKind>> = Key::optional(
     "on",
-    Word(&[("surface", PlaneKind::Surface), ("air", PlaneKind::Air)]),
+    OneOf(&[("surface", PlaneKind::Surface), ("air", PlaneKind::Air)]),
     "\"surface\"",
     "Whether it lies on a surface, or is a virtual plane that light passes.",
 );
@@ -178,7 +178,11 @@ static BACKGROUND_BAND: Table = Table {
 };
 
 /// Reads one; `left` are the cells that earlier ones have left.
-pub(super) fn read(section: &Section<'_>, names: &mut Names, left: &mut u64) -> Result<MeasuringPlane, InputError> {
+pub(super) fn read(
+    section: &Section<'_>,
+    names: &mut TakenNames,
+    left: &mut u64,
+) -> Result<MeasuringPlane, InputError> {
     let name = names.take_file(section, &NAME, "exr")?;
     let [along, across] = sides(section)?;
     let cells = whole_image(section, &CELLS, MOST_CELLS, left)?;

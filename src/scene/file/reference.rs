@@ -49,13 +49,13 @@ pub(crate) const CONVENTIONS: &[(&str, &str)] = &[
 ];
 
 /// A section's part of the reference.
-pub(crate) struct Page {
+pub(crate) struct ReferencePage {
     table: &'static Table,
     /// Heads of the sections of which it is the value of a key; none for one with a head of its own.
     within: Vec<&'static str>,
 }
 
-impl Page {
+impl ReferencePage {
     /// Its title, without backquotes.
     pub(crate) fn title(&self) -> String {
         match self.within.as_slice() {
@@ -108,19 +108,19 @@ fn paragraph(key: &dyn AnyKey) -> String {
 }
 
 /// All sections in the order of the reference, each followed by those within its values.
-pub(crate) fn pages() -> Vec<Page> {
-    let mut pages = vec![Page { table: &SCENE, within: Vec::new() }];
+pub(crate) fn pages() -> Vec<ReferencePage> {
+    let mut pages = vec![ReferencePage { table: &SCENE, within: Vec::new() }];
     SCENE.keys.iter().for_each(|key| key.tables().into_iter().for_each(|table| add(table, None, &mut pages)));
     pages
 }
 
-fn add(table: &'static Table, owner: Option<&'static str>, pages: &mut Vec<Page>) {
+fn add(table: &'static Table, owner: Option<&'static str>, pages: &mut Vec<ReferencePage>) {
     let owner = owner.filter(|_| !table.head.starts_with('['));
     if let Some(page) = pages.iter_mut().find(|page| std::ptr::eq(page.table, table)) {
         page.within.extend(owner.filter(|owner| !page.within.contains(owner)));
         return;
     }
-    pages.push(Page { table, within: owner.into_iter().collect() });
+    pages.push(ReferencePage { table, within: owner.into_iter().collect() });
     table.keys.iter().for_each(|key| {
         key.tables().into_iter().for_each(|inner| add(inner, Some(table.head), pages));
     });

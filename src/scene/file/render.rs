@@ -1,6 +1,6 @@
 //! `[render]`: options of a run that a scene brings along, out of the one table of options.
 
-use super::keys::{AnyKey, Kind as _, Section, Table};
+use super::keys::{AnyKey, KeyKind as _, Section, Table};
 use super::kinds::{Number, Range, Switch, Whole};
 use crate::error::InputError;
 use crate::options::{IN_SCENES, Kind, Options, RunOption, TABLE, Value};

@@ -7,16 +7,16 @@ use glam::DVec3;
 use super::super::Sensor;
 use super::super::fields::{FARTHEST, Placed};
 use super::super::measure::Measure;
-use super::Names;
+use super::TakenNames;
 use super::array::{self, Array};
 use super::keys::{Key, Section, Table};
-use super::kinds::{Direction, Inner, Metres, Number, Range, Text, Word};
+use super::kinds::{Direction, Inner, Metres, Number, OneOf, Range, Text};
 use crate::error::{InputError, Location};
 use crate::files::limits::MOST_SENSORS;
 
 /// What light is measured: [`Measure`] without its directions.
 #[derive(Clone, Copy, PartialEq)]
-enum Light {
+enum MeasuredLight {
     Plane,
     Cylindrical,
     Semicylindrical,
@@ -35,14 +35,14 @@ static NORMAL: Key<Direction> = Key::needed_unless(
     "[0, 0, 1]",
     "Normal of the measured side; the axis of a cylinder or half sphere.",
 );
-static MEASURE: Key<Word<Light>> = Key::optional(
+static MEASURE: Key<OneOf<MeasuredLight>> = Key::optional(
     "measure",
-    Word(&[
-        ("plane", Light::Plane),
-        ("cylindrical", Light::Cylindrical),
-        ("semicylindrical", Light::Semicylindrical),
-        ("hemispherical", Light::Hemispherical),
-        ("spherical", Light::Spherical),
+    OneOf(&[
+        ("plane", MeasuredLight::Plane),
+        ("cylindrical", MeasuredLight::Cylindrical),
+        ("semicylindrical", MeasuredLight::Semicylindrical),
+        ("hemispherical", MeasuredLight::Hemispherical),
+        ("spherical", MeasuredLight::Spherical),
     ]),
     "\"plane\"",
     "Which illuminance: on a flat cell, or the mean over a small body; under even luminance L all read π L.",
@@ -113,7 +113,7 @@ facing = [0, -1, 0]
 };
 
 /// Reads one, or all of its array, behind those there are.
-pub(super) fn read(section: &Section<'_>, names: &mut Names, sensors: &mut Vec<Sensor>) -> Result<(), InputError> {
+pub(super) fn read(section: &Section<'_>, names: &mut TakenNames, sensors: &mut Vec<Sensor>) -> Result<(), InputError> {
     let name = names.take(section, &NAME)?;
     let position = section.need(&POSITION)?;
     let (measure, normal) = measure(section)?;
@@ -139,17 +139,17 @@ pub(super) fn read(section: &Section<'_>, names: &mut Names, sensors: &mut Vec<S
 
 /// What is measured, and the normal or axis.
 fn measure(section: &Section<'_>) -> Result<(Measure, DVec3), InputError> {
-    let light = section.get(&MEASURE)?.unwrap_or(Light::Plane);
+    let light = section.get(&MEASURE)?.unwrap_or(MeasuredLight::Plane);
     let normal = section.get(&NORMAL)?;
     let facing = section.get(&FACING)?;
-    if facing.is_some() && light != Light::Semicylindrical {
+    if facing.is_some() && light != MeasuredLight::Semicylindrical {
         return Err(section.refusal(&FACING, "facing beside measure = \"semicylindrical\" only"));
     }
     let axis = normal.unwrap_or(DVec3::Z);
     Ok(match light {
-        Light::Plane => (Measure::Plane, normal.ok_or_else(|| section.missing(&NORMAL))?),
-        Light::Cylindrical => (Measure::Cylindrical, axis),
-        Light::Semicylindrical => {
+        MeasuredLight::Plane => (Measure::Plane, normal.ok_or_else(|| section.missing(&NORMAL))?),
+        MeasuredLight::Cylindrical => (Measure::Cylindrical, axis),
+        MeasuredLight::Semicylindrical => {
             let facing = facing.ok_or_else(|| section.missing(&FACING))?;
             if facing.dot(axis).abs() > 1e-6 {
                 let error = section.refusal(&FACING, "a direction at a right angle to the axis");
@@ -158,11 +158,11 @@ fn measure(section: &Section<'_>) -> Result<(Measure, DVec3), InputError> {
             }
             (Measure::Semicylindrical { facing }, axis)
         }
-        Light::Hemispherical => (Measure::Hemispherical, axis),
-        Light::Spherical if normal.is_some() => {
+        MeasuredLight::Hemispherical => (Measure::Hemispherical, axis),
+        MeasuredLight::Spherical if normal.is_some() => {
             return Err(section.refusal(&NORMAL, "no normal beside measure = \"spherical\""));
         }
-        Light::Spherical => (Measure::Spherical, axis),
+        MeasuredLight::Spherical => (Measure::Spherical, axis),
     })
 }
 
@@ -170,7 +170,7 @@ fn measure(section: &Section<'_>) -> Result<(Measure, DVec3), InputError> {
 fn spread_out(
     sensor: Sensor,
     section: &Section<'_>,
-    names: &mut Names,
+    names: &mut TakenNames,
     sensors: &mut Vec<Sensor>,
 ) -> Result<(), InputError> {
     let Some(Array { count, pitch, .. }) = section.get(&ARRAY)? else {

@@ -1,9 +1,9 @@
 //! `[[surface]]`: faces of the mesh that are measured.
 
 use super::super::measured::SurfaceSection;
-use super::Names;
+use super::TakenNames;
 use super::keys::{Key, Section, Table};
-use super::kinds::{Number, Range, Text, Word};
+use super::kinds::{Number, OneOf, Range, Text};
 use crate::error::InputError;
 
 static NAME: Key<Text> = Key::needed("name", Text::FILE_NAME, "\"surface 1\"", "Its name, and that of its files.");
@@ -21,9 +21,9 @@ static GROUP: Key<Text> = Key::needed_unless(
     "",
     "Faces of this group or object (lines `g` and `o`) of the OBJ files.",
 );
-static SIDE: Key<Word<bool>> = Key::optional(
+static SIDE: Key<OneOf<bool>> = Key::optional(
     "side",
-    Word(&[("front", false), ("back", true)]),
+    OneOf(&[("front", false), ("back", true)]),
     "\"front\"",
     "Measured side; at the front vertices run counter-clockwise.",
 );
@@ -57,7 +57,7 @@ side = \"back\"
 ",
 };
 
-pub(super) fn read(section: &Section<'_>, names: &mut Names) -> Result<SurfaceSection, InputError> {
+pub(super) fn read(section: &Section<'_>, names: &mut TakenNames) -> Result<SurfaceSection, InputError> {
     let name = names.take_file(section, &NAME, "ply")?;
     let (material, group) = (section.placed(&MATERIAL)?, section.placed(&GROUP)?);
     if material.is_none() && group.is_none() {

@@ -1,12 +1,14 @@
 //! What the meshes of a `dielectric` are in space: solids, panes, or neither.
 //!
-//! Snell's law needs to know which side of a face is glass. A closed body tells; a window drawn as one face doesn't, and would
-//! be a half-space of glass. So the faces of each glass are looked at by connected parts:
+//! Snell's law needs to know which side of a face is glass. A closed body tells; a window drawn as one face doesn't,
+//! and would be a half-space of glass. So the faces of each glass are looked at by connected parts:
 //!
-//! - A **closed body** is a solid. One that is inside out is turned, unless it is a cavity of a solid of the same glass.
-//! - A **thin flat slab** (no thicker than 1/20 of its side, 0.1 m at most), or two opposite faces of one without its rim, is a
-//!   pane: one sheet in the middle that lets through what both faces and the glass between them do. It is displaced light that is
-//!   given up (by at most a third of the thickness up to 60°); direct light behind it becomes exact.
+//! - A **closed body** is a solid. One that is inside out is turned, unless it is a cavity of a solid of the same
+//!   glass.
+//! - A **thin flat slab** (no thicker than 1/20 of its side, 0.1 m at most), or two opposite faces of one without its
+//!   rim, is a pane: one sheet in the middle that lets through what both faces and the glass between them do. It is
+//!   displaced light that is given up (by at most a third of the thickness up to 60°); direct light behind it becomes
+//!   exact.
 //! - An **open sheet** is a pane, as thick as window glass where its absorption asks for that.
 //! - Faces that are panes already, by `glazing` or by the MTL, are looked at too: a slab of them is one pane, not two.
 //! - A body with a hole, or one whose faces can't be given one winding, is refused.
@@ -20,7 +22,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::parts::{Kind, Part};
+use self::parts::{GlassPart, PartKind};
 use super::Material;
 use super::fields::{Placed, section};
 use super::glazing::Glazing;
@@ -33,19 +35,20 @@ use crate::text::quoted;
 const WINDOW: f64 = 0.006;
 
 /// A mesh whose glass is to be settled.
-pub(crate) struct Faces<'a> {
+pub(crate) struct GlassMesh<'a> {
     pub(crate) vertices: &'a mut Vec<DVec3>,
     pub(crate) triangles: &'a mut [[u32; 3]],
     pub(crate) material_of: &'a mut [u32],
     pub(crate) surfaces: &'a mut Vec<Surface>,
 }
 
-/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Triangles that a pane has no
-/// use for lose their area; returns how many. `names` tells where the materials of the mesh at `path` are first used.
+/// Makes panes of sheets and slabs, and turns solids that are inside out; says so in `warnings`. Triangles that a pane
+/// has no use for lose their area; returns how many. `names` tells where the materials of the mesh at `path` are first
+/// used.
 pub(crate) fn settle(
     path: &Path,
     names: &[Placed<String>],
-    mut faces: Faces<'_>,
+    mut faces: GlassMesh<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<usize, InputError> {
     let glasses: Vec<usize> =
@@ -57,10 +60,10 @@ pub(crate) fn settle(
             (0..faces.triangles.len()).into_par_iter().filter(of_this).map(|triangle| triangle as u32).collect();
         let parts = parts::parts(faces.vertices, faces.triangles, &chosen);
         let refracts = faces.surfaces[number].material.dielectric.is_some();
-        if let Some((why, at)) = parts.iter().find_map(Part::refused).filter(|_| refracts) {
+        if let Some((why, at)) = parts.iter().find_map(GlassPart::refused).filter(|_| refracts) {
             return Err(refusal(&names[number], why, at));
         }
-        let mut told = Told::default();
+        let mut told = PartCounts::default();
         for part in &parts {
             told.hear(part, refracts);
             left_out += faces.make(number, part);
@@ -81,19 +84,19 @@ fn refusal(name: &Placed<String>, why: &str, at: DVec3) -> InputError {
     error.hint(format!("close it, or write glazing = 0.88 in {}: thin panes", section(&name.value)))
 }
 
-impl Part {
+impl GlassPart {
     fn refused(&self) -> Option<(&'static str, DVec3)> {
         match self.kind {
-            Kind::Refused(why, at) => Some((why, at)),
+            PartKind::Refused(why, at) => Some((why, at)),
             _ => None,
         }
     }
 }
 
-impl Faces<'_> {
+impl GlassMesh<'_> {
     /// Makes a pane of a part of glass number `glass`, if it is one; returns how many of its triangles that leaves out.
-    fn make(&mut self, glass: usize, part: &Part) -> usize {
-        let Kind::Pane { kept, shift, thickness } = &part.kind else { return 0 };
+    fn make(&mut self, glass: usize, part: &GlassPart) -> usize {
+        let PartKind::Pane { kept, shift, thickness } = &part.kind else { return 0 };
         let pane = self.pane(glass, *thickness);
         let stays: HashSet<u32> = kept.iter().copied().collect();
         for triangle in part.triangles.iter().filter(|triangle| !stays.contains(triangle)) {
@@ -177,7 +180,7 @@ fn between_faces(glass: Dielectric, thickness: Option<f64>) -> Glazing {
 
 /// How many parts of a glass are what.
 #[derive(Default)]
-struct Told {
+struct PartCounts {
     solids: usize,
     /// Those of the solids that were inside out.
     turned: usize,
@@ -187,21 +190,21 @@ struct Told {
     thickest: f64,
 }
 
-impl Told {
-    fn hear(&mut self, part: &Part, refracts: bool) {
+impl PartCounts {
+    fn hear(&mut self, part: &GlassPart, refracts: bool) {
         match part.kind {
-            Kind::Turned => {
+            PartKind::Turned => {
                 self.solids += 1;
                 self.turned += usize::from(refracts);
             }
-            Kind::Pane { thickness: None, .. } => self.sheets += usize::from(refracts),
-            Kind::Pane { thickness: Some(thickness), .. } => {
+            PartKind::Pane { thickness: None, .. } => self.sheets += usize::from(refracts),
+            PartKind::Pane { thickness: Some(thickness), .. } => {
                 self.thinnest = if self.slabs == 0 { thickness } else { self.thinnest.min(thickness) };
                 self.thickest = self.thickest.max(thickness);
                 self.slabs += 1;
             }
-            Kind::Solid => self.solids += 1,
-            Kind::Refused(..) => {}
+            PartKind::Solid => self.solids += 1,
+            PartKind::Refused(..) => {}
         }
     }
 

@@ -18,13 +18,13 @@ const PARALLEL: f64 = 0.9999;
 const ALIKE: f64 = 0.05;
 /// How far corners of one flat face may lie off its plane, as a part of its side.
 const FLAT: f64 = 1e-4;
-/// Open edges whose length squared is a smaller part of the area than this are a hole in a body, not the rim of a sheet: a disc
-/// has 4π, half a sphere 2π.
+/// Open edges whose length squared is a smaller part of the area than this are a hole in a body, not the rim of a
+/// sheet: a disc has 4π, half a sphere 2π.
 const HOLE: f64 = 1.0;
 
 /// What connected faces of one glass are.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum PartKind {
     /// A closed body, its normals outwards.
     Solid,
     /// A closed body whose faces were turned to look outwards.
@@ -37,76 +37,77 @@ pub(crate) enum Kind {
 
 /// Connected faces.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct GlassPart {
     /// Numbers of its triangles.
     pub(crate) triangles: Vec<u32>,
-    pub(crate) kind: Kind,
+    pub(crate) kind: PartKind,
 }
 
-/// Sorts out the faces of one glass: `chosen` are their numbers among `triangles`, which are turned where a body is inside out.
-pub(crate) fn parts(vertices: &[DVec3], triangles: &mut [[u32; 3]], chosen: &[u32]) -> Vec<Part> {
+/// Sorts out the faces of one glass: `chosen` are their numbers among `triangles`, which are turned where a body is
+/// inside out.
+pub(crate) fn parts(vertices: &[DVec3], triangles: &mut [[u32; 3]], chosen: &[u32]) -> Vec<GlassPart> {
     let welded = weld(vertices, triangles, chosen);
-    let mut found: Vec<Part> = Vec::new();
-    let mut open: Vec<Face> = Vec::new();
-    let mut closed: Vec<Body> = Vec::new();
+    let mut found: Vec<GlassPart> = Vec::new();
+    let mut open: Vec<FlatFace> = Vec::new();
+    let mut closed: Vec<ClosedBody> = Vec::new();
     for component in components(&welded) {
         let numbers: Vec<u32> = component.iter().map(|&face| welded[face].number).collect();
         let corners = |&number: &u32| triangles[number as usize].map(|corner| vertices[corner as usize]);
         let all: Vec<[DVec3; 3]> = numbers.iter().map(corners).collect();
-        let refused = |why| Kind::Refused(why, all[0].iter().sum::<DVec3>() / 3.0);
+        let refused = |why| PartKind::Refused(why, all[0].iter().sum::<DVec3>() / 3.0);
         match orient(vertices, &welded, &component) {
             Winding::Open { length } => {
                 let area: f64 = all.iter().map(|&corners| doubled_area(corners).length() / 2.0).sum();
                 if length * length < HOLE * area {
-                    found.push(Part { triangles: numbers, kind: refused("a body with a hole") });
+                    found.push(GlassPart { triangles: numbers, kind: refused("a body with a hole") });
                 } else {
-                    open.push(Face::of(&numbers, &all));
+                    open.push(FlatFace::of(&numbers, &all));
                 }
             }
             Winding::Tangled => {
-                found.push(Part { triangles: numbers, kind: refused("faces without a common winding") })
+                found.push(GlassPart { triangles: numbers, kind: refused("faces without a common winding") })
             }
             Winding::Closed { flipped } => {
                 flipped.iter().for_each(|&face| triangles[welded[face].number as usize].swap(1, 2));
-                closed.push(Body::new(vertices, triangles, numbers, !flipped.is_empty()));
+                closed.push(ClosedBody::new(vertices, triangles, numbers, !flipped.is_empty()));
             }
         }
     }
     outwards(vertices, triangles, &mut closed);
-    for Body { triangles: numbers, turned, .. } in closed {
+    for ClosedBody { triangles: numbers, turned, .. } in closed {
         let corners = |&number: &u32| triangles[number as usize].map(|corner| vertices[corner as usize]);
         let corners: Vec<[DVec3; 3]> = numbers.iter().map(corners).collect();
-        let solid = if turned { Kind::Turned } else { Kind::Solid };
+        let solid = if turned { PartKind::Turned } else { PartKind::Solid };
         let kind = slab(&numbers, &corners).unwrap_or(solid);
-        found.push(Part { triangles: numbers, kind });
+        found.push(GlassPart { triangles: numbers, kind });
     }
     found.extend(sheets(&open));
     found
 }
 
 /// A triangle between welded corners.
-struct Welded {
+struct WeldedTriangle {
     number: u32,
     corners: [u32; 3],
 }
 
-/// Corners at the same place get the same number: that of the first vertex there. Triangles that have no three places are left
-/// out.
-fn weld(vertices: &[DVec3], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<Welded> {
+/// Corners at the same place get the same number: that of the first vertex there. Triangles that have no three places
+/// are left out.
+fn weld(vertices: &[DVec3], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<WeldedTriangle> {
     let mut first: HashMap<[u64; 3], u32> = HashMap::new();
     let mut place = |corner: u32| {
         let key = vertices[corner as usize].to_array().map(|x| (x + 0.0).to_bits()); // −0 is 0
         *first.entry(key).or_insert(corner)
     };
-    let weld = |&number: &u32| Welded { number, corners: triangles[number as usize].map(&mut place) };
-    let distinct = |&Welded { corners: [a, b, c], .. }: &Welded| a != b && b != c && c != a;
+    let weld = |&number: &u32| WeldedTriangle { number, corners: triangles[number as usize].map(&mut place) };
+    let distinct = |&WeldedTriangle { corners: [a, b, c], .. }: &WeldedTriangle| a != b && b != c && c != a;
     chosen.iter().map(weld).filter(distinct).collect()
 }
 
 /// Uses of an edge by faces: (face, whether it runs from the smaller to the larger corner).
 type Edges = HashMap<[u32; 2], Vec<(usize, bool)>>;
 
-fn edges<'a>(faces: impl Iterator<Item = (usize, &'a Welded)>) -> Edges {
+fn edges<'a>(faces: impl Iterator<Item = (usize, &'a WeldedTriangle)>) -> Edges {
     let mut edges: Edges = HashMap::new();
     for (face, welded) in faces {
         for i in 0..3 {
@@ -117,9 +118,9 @@ fn edges<'a>(faces: impl Iterator<Item = (usize, &'a Welded)>) -> Edges {
     edges
 }
 
-/// Faces that hang together by edges which two of them share; in the order of their first faces. Bodies that touch along an
-/// edge, which then has four uses, stay apart.
-fn components(welded: &[Welded]) -> Vec<Vec<usize>> {
+/// Faces that hang together by edges which two of them share; in the order of their first faces. Bodies that touch
+/// along an edge, which then has four uses, stay apart.
+fn components(welded: &[WeldedTriangle]) -> Vec<Vec<usize>> {
     let mut sets = Sets::new(welded.len());
     for uses in edges(welded.iter().enumerate()).values() {
         if let [(a, _), (b, _)] = uses[..] {
@@ -139,7 +140,7 @@ fn components(welded: &[Welded]) -> Vec<Vec<usize>> {
     found
 }
 
-/// What the edges of connected faces tell.
+/// What the edges of connected faces show.
 enum Winding {
     /// Some edges are used an odd number of times: their length, m.
     Open { length: f64 },
@@ -149,7 +150,7 @@ enum Winding {
     Tangled,
 }
 
-fn orient(vertices: &[DVec3], welded: &[Welded], component: &[usize]) -> Winding {
+fn orient(vertices: &[DVec3], welded: &[WeldedTriangle], component: &[usize]) -> Winding {
     let edges = edges(component.iter().map(|&face| (face, &welded[face])));
     let open = edges.iter().filter(|(_, uses)| uses.len() % 2 == 1);
     let length: f64 = open.map(|(edge, _)| vertices[edge[0] as usize].distance(vertices[edge[1] as usize])).sum();
@@ -186,7 +187,7 @@ fn orient(vertices: &[DVec3], welded: &[Welded], component: &[usize]) -> Winding
 }
 
 /// A closed body.
-struct Body {
+struct ClosedBody {
     triangles: Vec<u32>,
     turned: bool,
     /// Positive where normals point outwards, m³.
@@ -194,7 +195,7 @@ struct Body {
     bounds: [DVec3; 2],
 }
 
-impl Body {
+impl ClosedBody {
     fn new(vertices: &[DVec3], all: &[[u32; 3]], triangles: Vec<u32>, turned: bool) -> Self {
         let corners = |&number: &u32| all[number as usize].map(|corner| vertices[corner as usize]);
         let low = triangles.iter().flat_map(corners).fold(DVec3::INFINITY, DVec3::min);
@@ -206,13 +207,13 @@ impl Body {
 }
 
 /// Turns bodies that are inside out, cavities aside.
-fn outwards(vertices: &[DVec3], triangles: &mut [[u32; 3]], bodies: &mut [Body]) {
+fn outwards(vertices: &[DVec3], triangles: &mut [[u32; 3]], bodies: &mut [ClosedBody]) {
     let place = |corner: u32| vertices[corner as usize];
     let inside_out: Vec<usize> = (0..bodies.len()).filter(|&body| bodies[body].volume < 0.0).collect();
     for body in inside_out {
         let [low, high] = bodies[body].bounds;
         let point = triangles[bodies[body].triangles[0] as usize].map(place).iter().sum::<DVec3>() / 3.0;
-        let holds = |other: &Body| {
+        let holds = |other: &ClosedBody| {
             let [outer_low, outer_high] = other.bounds;
             let around = outer_low.cmple(low).all() && outer_high.cmpge(high).all();
             let corners = other.triangles.iter().map(|&number| triangles[number as usize].map(place));
@@ -250,7 +251,7 @@ fn largest(vectors: impl Iterator<Item = DVec3>) -> DVec3 {
 }
 
 /// Faces in one plane, or, where they are not, of no direction.
-struct Face {
+struct FlatFace {
     triangles: Vec<u32>,
     area: f64,
     middle: DVec3,
@@ -258,7 +259,7 @@ struct Face {
     normal: Option<DVec3>,
 }
 
-impl Face {
+impl FlatFace {
     fn of(numbers: &[u32], corners: &[[DVec3; 3]]) -> Self {
         let doubled = || corners.iter().map(|&corners| doubled_area(corners));
         let area = doubled().map(DVec3::length).sum::<f64>() / 2.0;
@@ -296,7 +297,7 @@ fn is_thin(thickness: f64, side: f64) -> bool {
 }
 
 /// The pane that a closed body is, if it is a thin flat slab.
-fn slab(numbers: &[u32], corners: &[[DVec3; 3]]) -> Option<Kind> {
+fn slab(numbers: &[u32], corners: &[[DVec3; 3]]) -> Option<PartKind> {
     let normals: Vec<DVec3> = corners.iter().map(|&corners| doubled_area(corners)).collect();
     let normal = largest(normals.iter().copied()).try_normalize()?;
     let side = |sign: f64| {
@@ -304,7 +305,7 @@ fn slab(numbers: &[u32], corners: &[[DVec3; 3]]) -> Option<Kind> {
             (0..normals.len()).filter(|&i| normals[i].normalize_or_zero().dot(normal) * sign > PARALLEL).collect();
         let of = |i: &usize| corners[*i];
         let all: Vec<[DVec3; 3]> = chosen.iter().map(of).collect();
-        Face::of(&chosen.iter().map(|&i| numbers[i]).collect::<Vec<_>>(), &all)
+        FlatFace::of(&chosen.iter().map(|&i| numbers[i]).collect::<Vec<_>>(), &all)
     };
     let (front, back) = (side(1.0), side(-1.0));
     let thickness = front.thickness_to(&back).or_else(|| front.coincides(&back).then_some(0.0))?;
@@ -312,11 +313,11 @@ fn slab(numbers: &[u32], corners: &[[DVec3; 3]]) -> Option<Kind> {
     let rim = whole - front.area - back.area;
     let shift = -normal * thickness / 2.0;
     let thickness = (thickness > 0.0).then_some(thickness);
-    (rim <= MOST_RIM * (front.area + back.area)).then_some(Kind::Pane { kept: front.triangles, shift, thickness })
+    (rim <= MOST_RIM * (front.area + back.area)).then_some(PartKind::Pane { kept: front.triangles, shift, thickness })
 }
 
 /// Panes that open sheets are: opposite faces of a slab make one.
-fn sheets(open: &[Face]) -> Vec<Part> {
+fn sheets(open: &[FlatFace]) -> Vec<GlassPart> {
     let mut taken = vec![false; open.len()];
     let mut found = Vec::new();
     for (i, face) in open.iter().enumerate() {
@@ -332,11 +333,11 @@ fn sheets(open: &[Face]) -> Vec<Part> {
                 triangles.extend(&open[j].triangles);
                 let towards = (open[j].middle - face.middle) / 2.0;
                 let normal = face.normal.unwrap_or_default();
-                Kind::Pane { kept, shift: normal * towards.dot(normal), thickness: Some(thickness) }
+                PartKind::Pane { kept, shift: normal * towards.dot(normal), thickness: Some(thickness) }
             }
-            None => Kind::Pane { kept, shift: DVec3::ZERO, thickness: None },
+            None => PartKind::Pane { kept, shift: DVec3::ZERO, thickness: None },
         };
-        found.push(Part { triangles, kind });
+        found.push(GlassPart { triangles, kind });
     }
     found
 }
@@ -359,7 +360,7 @@ mod tests {
     }
 
     /// What the faces are, each triangle with vertices of its own, and the triangles afterwards.
-    fn parts_of(faces: &[[DVec3; 3]]) -> (Vec<Part>, Vec<[DVec3; 3]>) {
+    fn parts_of(faces: &[[DVec3; 3]]) -> (Vec<GlassPart>, Vec<[DVec3; 3]>) {
         let vertices: Vec<DVec3> = faces.as_flattened().to_vec();
         let mut triangles: Vec<[u32; 3]> = (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let chosen: Vec<u32> = (0..faces.len() as u32).collect();
@@ -367,7 +368,7 @@ mod tests {
         (found, triangles.iter().map(|triangle| triangle.map(|corner| vertices[corner as usize])).collect())
     }
 
-    fn kinds(faces: &[[DVec3; 3]]) -> Vec<Kind> {
+    fn kinds(faces: &[[DVec3; 3]]) -> Vec<PartKind> {
         parts_of(faces).0.into_iter().map(|part| part.kind).collect()
     }
 
@@ -378,15 +379,15 @@ mod tests {
     #[test]
     fn a_closed_body_is_a_solid_and_looks_outwards() {
         let cube = box_of([1.0; 3], [2.0; 3]);
-        assert_eq!(kinds(&cube), [Kind::Solid]);
+        assert_eq!(kinds(&cube), [PartKind::Solid]);
         let (parts, faces) = parts_of(&turned(cube.clone()));
-        assert_eq!(parts[0].kind, Kind::Turned);
+        assert_eq!(parts[0].kind, PartKind::Turned);
         assert!((volume(&faces) - 1.0).abs() < 1e-12);
         // Faces of either winding: three of twelve the wrong way.
         let mut mixed = cube;
         [1, 4, 9].iter().for_each(|&face: &usize| mixed[face].swap(0, 1));
         let (parts, faces) = parts_of(&mixed);
-        assert_eq!(parts[0].kind, Kind::Turned);
+        assert_eq!(parts[0].kind, PartKind::Turned);
         assert!((volume(&faces) - 1.0).abs() < 1e-12);
     }
 
@@ -395,10 +396,10 @@ mod tests {
         let outer = box_of([0.0; 3], [3.0; 3]);
         let hollow = [outer.clone(), turned(box_of([1.0; 3], [2.0; 3]))].concat();
         let (parts, faces) = parts_of(&hollow);
-        assert!(parts.iter().all(|part| part.kind == Kind::Solid));
+        assert!(parts.iter().all(|part| part.kind == PartKind::Solid));
         assert!((volume(&faces) - 26.0).abs() < 1e-12);
         let beside = box_of([3.0, 3.0, 0.0], [5.0, 5.0, 3.0]);
-        assert_eq!(kinds(&[outer, beside].concat()), [Kind::Solid, Kind::Solid]);
+        assert_eq!(kinds(&[outer, beside].concat()), [PartKind::Solid, PartKind::Solid]);
     }
 
     #[test]
@@ -406,7 +407,7 @@ mod tests {
         let slab = box_of([0.0; 3], [2.0, 1.5, 0.01]);
         for faces in [slab.clone(), turned(slab)] {
             let (parts, triangles) = parts_of(&faces);
-            let [Part { triangles: all, kind: Kind::Pane { kept, shift, thickness } }] = &parts[..] else {
+            let [GlassPart { triangles: all, kind: PartKind::Pane { kept, shift, thickness } }] = &parts[..] else {
                 panic!("{parts:?}")
             };
             assert_eq!((all.len(), kept.len()), (12, 2));
@@ -415,12 +416,12 @@ mod tests {
             middle.for_each(|z| assert!((z - 0.005).abs() < 1e-12));
         }
         // An aquarium's wall is no window: 15 cm of glass; nor is a cube.
-        assert_eq!(kinds(&box_of([0.0; 3], [4.0, 4.0, 0.15])), [Kind::Solid]);
+        assert_eq!(kinds(&box_of([0.0; 3], [4.0, 4.0, 0.15])), [PartKind::Solid]);
         // Its two faces without the rim, looking away from each other or towards each other.
         let faces = box_of([0.0; 3], [2.0, 1.5, 0.01])[..4].to_vec();
         for faces in [faces.clone(), turned(faces)] {
             let kinds = kinds(&faces);
-            let [Kind::Pane { kept, shift, thickness: Some(_) }] = &kinds[..] else { panic!("{kinds:?}") };
+            let [PartKind::Pane { kept, shift, thickness: Some(_) }] = &kinds[..] else { panic!("{kinds:?}") };
             assert!(kept.len() == 2 && (shift.z.abs() - 0.005).abs() < 1e-12);
         }
     }
@@ -428,7 +429,7 @@ mod tests {
     #[test]
     fn sheets_are_panes_one_by_one() {
         let sheet = |z: f64| box_of([0.0, 0.0, z], [2.0, 1.5, z + 1.0])[..2].to_vec();
-        let single = [Kind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None }];
+        let single = [PartKind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None }];
         assert_eq!(kinds(&sheet(0.0)), single);
         assert_eq!(kinds(&turned(sheet(0.0))), single);
         // Two panes of insulating glass, drawn with one winding.
@@ -437,7 +438,7 @@ mod tests {
         let [a, b, c] = sheet(0.0)[0];
         let d = sheet(0.0)[1][2];
         let twice = [[a, b, c], [a, c, d], [d, c, b], [d, b, a]];
-        assert_eq!(kinds(&twice), [Kind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None }]);
+        assert_eq!(kinds(&twice), [PartKind::Pane { kept: vec![0, 1], shift: DVec3::ZERO, thickness: None }]);
     }
 
     #[test]
@@ -459,8 +460,8 @@ mod tests {
                 faces.extend([[a, c, d], [a, d, b]]);
             }
         }
-        assert_eq!(kinds(&faces), [Kind::Solid]);
+        assert_eq!(kinds(&faces), [PartKind::Solid]);
         faces.remove(600);
-        assert!(matches!(kinds(&faces)[..], [Kind::Refused("a body with a hole", _)]));
+        assert!(matches!(kinds(&faces)[..], [PartKind::Refused("a body with a hole", _)]));
     }
 }

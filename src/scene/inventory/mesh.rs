@@ -39,7 +39,7 @@ impl MeshCheck {
     pub(super) fn of(part: &MeshPart, scene: &Scene) -> Self {
         let mesh = &*scene.mesh;
         let triangles = &mesh.triangles[part.triangles.clone()];
-        let welded = Welded::new(mesh, triangles);
+        let welded = WeldedVertices::new(mesh, triangles);
         let edges = welded.edges(triangles);
         let mut pieces = welded.pieces(triangles);
         let (open_edges, shared_edges) = pieces.open(&edges);
@@ -63,14 +63,14 @@ impl MeshCheck {
 }
 
 /// Vertices by place.
-struct Welded {
+struct WeldedVertices {
     /// Number of the first vertex that the triangles use.
     first: u32,
     /// Number of each vertex's place, counted from `first`.
     place_of: Vec<u32>,
 }
 
-impl Welded {
+impl WeldedVertices {
     fn new(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
         let used = || triangles.par_iter().flatten().copied();
         let (Some(first), Some(last)) = (used().min(), used().max()) else {
@@ -157,7 +157,7 @@ impl Pieces {
     }
 
     /// Closed bodies; and of these, those whose fronts look inwards.
-    fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &Welded) -> [usize; 2] {
+    fn bodies(&mut self, scene: &Scene, range: Range<usize>, welded: &WeldedVertices) -> [usize; 2] {
         let mesh = &*scene.mesh;
         let mut hulls = vec![Hull::default(); self.sets.len()];
         for triangle in &mesh.triangles[range] {

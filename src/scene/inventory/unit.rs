@@ -10,8 +10,8 @@ const TALL: f64 = 100.0;
 /// As are those smaller than this, m.
 const SMALL: f64 = 0.5;
 
-/// The unit in which a mesh of this size (m, z is the height) would be as high as a room, where it is far too large or small
-/// for one in the unit that it was read in.
+/// The unit in which a mesh of this size (m, z is the height) would be as high as a room, where it is far too large or
+/// small for one in the unit that it was read in.
 pub(crate) fn likely_unit(size: [f64; 3], metres_per_unit: f64) -> Option<&'static str> {
     let largest = size.iter().fold(0.0, |most: f64, side| most.max(*side));
     if largest <= LARGE && size[2] <= TALL && largest >= SMALL {

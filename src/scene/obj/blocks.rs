@@ -5,9 +5,9 @@
 //! Unusual is: a vertex number of more than 18 digits, a line of more than 64 MiB, a file of an old Mac, whose lines end with
 //! `\r` alone.
 //!
-//! Three batches of blocks are under way at once: while one is read and hashed, the one before is parsed and the one before
-//! that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one of its
-//! vertices, it and all that follows wait for the file's end, as numbers.
+//! Three batches of blocks are in work at once: while one is read and hashed, the one before is parsed and the one
+//! before that joined to the mesh. So memory holds the mesh and some 30 MB of the file. Where a face stands above one
+//! of its vertices, it and all that follows wait for the file's end, as numbers.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -53,7 +53,7 @@ impl Obj {
         source.by_ref().take(HEAD as u64).read_to_end(&mut head).ok()?;
         foreign::refuse(path, &head, length, "").ok()?;
         let source = head.as_slice().chain(source);
-        let mut source = Source { source, cut, rest: Vec::new(), first: true, ended: false };
+        let mut source = BlockReader { source, cut, rest: Vec::new(), first: true, ended: false };
         let mut joined = Joined::new(path, FARTHEST / metres_per_unit, Groups::asking(asked), cut.blocks);
         let mut texts = source.batch()?;
         let mut blocks = Vec::new();
@@ -73,7 +73,7 @@ impl Obj {
 }
 
 /// The file as blocks of whole lines.
-struct Source<R> {
+struct BlockReader<R> {
     source: R,
     cut: Cut,
     /// What is read already of the next block.
@@ -82,7 +82,7 @@ struct Source<R> {
     ended: bool,
 }
 
-impl<R: Read> Source<R> {
+impl<R: Read> BlockReader<R> {
     /// The next blocks; none at the end.
     fn batch(&mut self) -> Option<Vec<Vec<u8>>> {
         let mut batch = Vec::with_capacity(self.cut.blocks);
@@ -139,13 +139,13 @@ fn last_line_end(block: &[u8]) -> Option<usize> {
 #[derive(Default)]
 struct Block {
     positions: Vec<DVec3>,
-    faces: Vec<Face>,
+    faces: Vec<FaceLine>,
     /// Corners of all faces, one after another.
     corners: Vec<Corner>,
     /// How many vertices there must be for those corners that count from the file's beginning.
     needed: i64,
-    /// Whether a face counts some vertices from the file's beginning and some from below: only once the block's place is known
-    /// can be said whether they differ.
+    /// Whether a face counts some vertices from the file's beginning and some from below: only once the block's place
+    /// is known can be said whether they differ.
     mixed: bool,
     /// Lines of faces left out for want of three different corners, ascending.
     dropped: Vec<u32>,
@@ -155,7 +155,7 @@ struct Block {
     before: usize,
 }
 
-struct Face {
+struct FaceLine {
     corners: u32,
     /// In its block.
     line: u32,
@@ -170,14 +170,14 @@ const IN_BLOCK: i64 = 1 << 62;
 
 /// A line that isn't geometry.
 struct Order {
-    kind: Kind,
+    kind: StatementKind,
     text: String,
     line: usize,
     /// Faces above it in its block.
     faces: usize,
 }
 
-enum Kind {
+enum StatementKind {
     Material,
     Library,
     Group,
@@ -199,10 +199,10 @@ impl Block {
                     block.face(rest, line as u32)?;
                     continue;
                 }
-                b"usemtl" => Kind::Material,
-                b"mtllib" => Kind::Library,
-                b"g" if with_groups => Kind::Group,
-                b"o" if with_groups => Kind::Object,
+                b"usemtl" => StatementKind::Material,
+                b"mtllib" => StatementKind::Library,
+                b"g" if with_groups => StatementKind::Group,
+                b"o" if with_groups => StatementKind::Object,
                 _ => continue,
             };
             block.orders.push(Order { kind, text: text(rest), line, faces: block.faces.len() });
@@ -235,11 +235,12 @@ impl Block {
         }
         self.mixed |= from_below > 0 && from_below < own.len();
         self.needed = self.needed.max(needed);
-        self.faces.push(Face { corners: own.len() as u32, line });
+        self.faces.push(FaceLine { corners: own.len() as u32, line });
         Some(())
     }
 
-    /// Leaves out the faces whose corners turn out to be the same, once it is known how many vertices stand before the block.
+    /// Leaves out the faces whose corners turn out to be the same, once it is known how many vertices stand before the
+    /// block.
     fn settle(&mut self) {
         let faces = std::mem::take(&mut self.faces);
         let corners = std::mem::take(&mut self.corners);
@@ -338,8 +339,8 @@ struct Joined<'a> {
 }
 
 /// The faces of a block, their corners numbered as the mesh does.
-struct Faces {
-    arities: Vec<Face>,
+struct BlockFaces {
+    arities: Vec<FaceLine>,
     corners: Vec<u32>,
     /// How many faces have which material, one after another.
     stretches: Vec<(usize, u32)>,
@@ -405,7 +406,7 @@ impl<'a> Joined<'a> {
     }
 
     /// Adds a block's names, and numbers the corners of its faces.
-    fn number(&mut self, mut block: Block) -> Option<Faces> {
+    fn number(&mut self, mut block: Block) -> Option<BlockFaces> {
         if block.mixed {
             block.settle();
         }
@@ -431,7 +432,7 @@ impl<'a> Joined<'a> {
             }
             let first_of_run = self.run.map_or(0, |(_, first)| first);
             stretches.push((end - face, material));
-            for Face { corners: count, .. } in &block.faces[face..end] {
+            for FaceLine { corners: count, .. } in &block.faces[face..end] {
                 let (own, others) = rest.split_at(*count as usize);
                 rest = others;
                 for corner in own {
@@ -448,17 +449,17 @@ impl<'a> Joined<'a> {
         }
         self.lines += block.lines;
         self.faces += block.faces.len();
-        Some(Faces { arities: block.faces, corners, stretches })
+        Some(BlockFaces { arities: block.faces, corners, stretches })
     }
 
     /// Takes up what a line says of the faces below it; `face` of its block stand above.
     fn take(&mut self, order: Order, face: usize) {
         let line = self.lines + order.line;
         match order.kind {
-            Kind::Material => drop(self.names.material(order.text, line)),
-            Kind::Library => self.names.library(order.text, line),
-            Kind::Group => self.names.groups.line(0, &order.text, self.faces + face),
-            Kind::Object => self.names.groups.line(1, &order.text, self.faces + face),
+            StatementKind::Material => drop(self.names.material(order.text, line)),
+            StatementKind::Library => self.names.library(order.text, line),
+            StatementKind::Group => self.names.groups.line(0, &order.text, self.faces + face),
+            StatementKind::Object => self.names.groups.line(1, &order.text, self.faces + face),
         }
     }
 
@@ -472,7 +473,7 @@ impl<'a> Joined<'a> {
     }
 }
 
-impl Faces {
+impl BlockFaces {
     /// All triangles, and how many each stretch has.
     fn triangles(&self, vertices: &[DVec3]) -> (Vec<[u32; 3]>, Vec<usize>) {
         let mut triangles = Vec::with_capacity(self.corners.len() - 2 * self.arities.len());
@@ -500,7 +501,7 @@ impl Faces {
 #[doc(hidden)]
 pub fn read_obj_both_ways(text: &[u8]) -> (Result<usize, InputError>, bool) {
     const ASKED: [&str; 2] = ["a", "b c"];
-    // Everything that both readers tell, coordinates as bits.
+    // Everything that both readers find, coordinates as bits.
     let told = |obj: &Obj| {
         let bits: Vec<[u64; 3]> = obj.vertices.iter().map(|vertex| vertex.to_array().map(f64::to_bits)).collect();
         let places = |names: &[Placed<String>]| -> Vec<String> {

@@ -51,7 +51,7 @@ impl Obj {
         Self { vertices, triangles, material_of, materials, named, libraries, groups, notes }
     }
 
-    /// Takes the comments off those names of materials that nobody knows, where without it somebody does.
+    /// Takes the comments off names of materials that are unknown with them and known without.
     pub(crate) fn without_comments(&mut self, path: &Path, known: &dyn Fn(&str) -> bool) {
         let mut taken_off = Vec::new();
         let (mut materials, mut number_of) = (Vec::<Placed<String>>::new(), HashMap::new());
@@ -99,10 +99,10 @@ impl Obj {
         metres_per_unit: f64,
         asked: &BTreeSet<String>,
     ) -> Result<Self, InputError> {
-        let mut tidy = Tidy::new(path, bytes, !asked.is_empty());
+        let mut tidy = TidyObj::new(path, bytes, !asked.is_empty());
         let mut tidied = Vec::with_capacity(bytes.len());
         while tidy.next(&mut tidied) {}
-        let Tidy { refused, faces, names, .. } = tidy;
+        let TidyObj { refused, faces, names, .. } = tidy;
         if let Some(error) = refused {
             return Err(error);
         }
@@ -237,7 +237,7 @@ fn spans<T: PartialEq>(corners: &[T]) -> bool {
 
 /// A file in a tidier way: vertices without colours, all of them first, as faces may stand above theirs; then faces without
 /// textures and normals, counted from the file's beginning, and materials by number. What can't be read is refused in words.
-struct Tidy<'a> {
+struct TidyObj<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     lines: Lines<'a>,
@@ -250,7 +250,7 @@ struct Tidy<'a> {
     /// Vertices that stand above the line.
     above: usize,
     faces: usize,
-    /// Corners of the face in hand, vertices counted from 0.
+    /// Corners of the current face, vertices counted from 0.
     corners: Vec<i128>,
     /// Whether what the last `usemtl` says is written.
     material_written: bool,
@@ -258,7 +258,7 @@ struct Tidy<'a> {
     names: Names<'a>,
 }
 
-impl<'a> Tidy<'a> {
+impl<'a> TidyObj<'a> {
     fn new(path: &'a Path, bytes: &'a [u8], with_groups: bool) -> Self {
         Self {
             path,

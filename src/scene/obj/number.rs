@@ -8,8 +8,8 @@ const POWERS: [f64; 23] = [
 
 /// The number that a word is; `None` for anything that is no number, infinite ones among it.
 ///
-/// A whole number up to 2⁵³ over a power of ten up to 10²² are both exact, so that their quotient is rounded once, as it
-/// should be (Clinger 1990). The standard library does the rest.
+/// A whole number up to 2⁵³ over a power of ten up to 10²² are both exact, so that their quotient is rounded once, as
+/// it should be (Clinger 1990). The standard library does the rest.
 #[inline]
 pub(super) fn parse(word: &[u8]) -> Option<f64> {
     let (negative, digits) = match word {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, OptionError};
 use crate::files;
-use crate::study::check::Row;
+use crate::study::check::CaseResult;
 use crate::study::check::cases::GROUPS;
 
 /// What stands from here on in a page is kept when it is written anew: it was measured elsewhere.
@@ -73,7 +73,7 @@ pub struct Entry {
 }
 
 /// The rows as the text of a CSV file: numbers with six digits, empty cells where there is no number.
-pub fn csv(rows: &[Row]) -> String {
+pub fn csv(rows: &[CaseResult]) -> String {
     let mut text = COLUMNS.join(",") + "\n";
     for row in rows {
         let cells = cells(row);
@@ -148,7 +148,7 @@ pub fn fits(path: &Path) -> Result<(), Error> {
 /// # Errors
 ///
 /// The path does not [fit](fits), or a file can't be written.
-pub fn write(rows: &[Row], path: &Path) -> Result<(), Error> {
+pub fn write(rows: &[CaseResult], path: &Path) -> Result<(), Error> {
     fits(path)?;
     let old = std::fs::read_to_string(path).unwrap_or_default();
     let csv = csv(rows);
@@ -207,8 +207,8 @@ fn reasons(entries: &[Entry]) -> Vec<(&Entry, usize)> {
 }
 
 /// The rows for programs.
-pub fn json(rows: &[Row]) -> String {
-    let row = |row: &Row| -> Value {
+pub fn json(rows: &[CaseResult]) -> String {
+    let row = |row: &CaseResult| -> Value {
         json!({
             "group": row.group, "name": row.name, "why": row.why, "method": row.method, "reading": row.reading,
             "exact": row.exact, "found": row.found, "off": row.off(), "claimed": row.claimed, "allowed": row.allowed,
@@ -222,7 +222,7 @@ pub fn json(rows: &[Row]) -> String {
 }
 
 /// A row for a person at a terminal.
-pub fn brief(row: &Row) -> String {
+pub fn brief(row: &CaseResult) -> String {
     let head = format!("{:<8} {:>6.1} s  {}: {}", row.verdict.word(), row.seconds, row.group, row.name);
     let numbers = match (row.exact, row.found) {
         (Some(exact), Some(found)) => {
@@ -237,7 +237,7 @@ pub fn brief(row: &Row) -> String {
 }
 
 /// The cells of a row, in the order of [`COLUMNS`].
-fn cells(row: &Row) -> [String; COLUMNS.len()] {
+fn cells(row: &CaseResult) -> [String; COLUMNS.len()] {
     let number = |number: Option<f64>, text: fn(f64) -> String| number.map_or(String::new(), text);
     [
         row.group.to_owned(),

@@ -1,12 +1,12 @@
 //! Stiff and extreme cases: each with its exact answer, and whether what luxmap finds is right, and as sure as it says.
 //!
 //! A [`Case`] is a scene as text, read as any scene is, and what is expected of it: values in closed form ([`forms`]),
-//! the same as of another scene, a refusal, or a warning. [`Case::run`] makes a [`Row`] of it, with a verdict.
+//! the same as of another scene, a refusal, or a warning. [`Case::run`] makes a [`CaseResult`] of it, with a verdict.
 //!
 //! A row is inside its bound where
 //! - every value and every claimed error is a finite number,
-//! - what was found is within 4 σ of what is exact, σ being what the run itself claims (more where the worst of many cells is
-//!   looked at: √(16 + 2 ln n) of n, which as rarely fails), or within the rounding that the case allows,
+//! - what was found is within 4 σ of what is exact, σ being what the run itself claims (more where the worst of many
+//!   cells is looked at: √(16 + 2 ln n) of n, which as rarely fails), or within the rounding that the case allows,
 //! - the claim is of use: σ is no more than the case's bound on it,
 //! - the books on flux close: |emitted − absorbed − escaped − cut off| ≤ 10⁻⁶ of what was emitted,
 //! - closed rooms lose no more light than 5·10⁻⁸ a ray (and the noise of counting that);
@@ -46,19 +46,19 @@ pub struct Case {
     pub why: &'static str,
     /// Whether it takes a moment only.
     pub quick: bool,
-    job: Job,
+    job: CaseRun,
 }
 
 #[derive(Clone)]
-enum Job {
-    Run(Box<Trial>),
+enum CaseRun {
+    Run(Box<Setup>),
     /// Whatever else; it gets a folder of its own.
-    Own(fn(&Path) -> Result<Row, Error>),
+    Own(fn(&Path) -> Result<CaseResult, Error>),
 }
 
 /// A scene, how it is computed and what is expected.
 #[derive(Clone)]
-struct Trial {
+struct Setup {
     scene: SceneText,
     method: Method,
     photons: Option<u64>,
@@ -82,7 +82,7 @@ struct Trial {
 /// A reading, and what it should be.
 #[derive(Clone)]
 struct Expected {
-    reading: Reading,
+    reading: Measurand,
     /// `None`: no value at all.
     exact: Option<f64>,
     /// Relative where `exact` is above 0, else in the reading's unit.
@@ -91,7 +91,7 @@ struct Expected {
 
 /// What is read off a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reading {
+pub enum Measurand {
     /// Mean of a plane, lx.
     Mean(&'static str),
     /// Mean of one channel of a plane, lx.
@@ -114,7 +114,7 @@ pub enum Reading {
 
 /// What came of a case.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct CaseResult {
     /// The case's group.
     pub group: &'static str,
     /// The case's name.
@@ -144,12 +144,12 @@ pub struct Row {
     /// What the run said.
     pub warnings: Vec<String>,
     /// What to make of it.
-    pub verdict: Verdict,
+    pub verdict: CaseVerdict,
 }
 
 /// What to make of a row.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum CaseVerdict {
     /// Right, and as sure as it says.
     Inside,
     /// The run said in words, with a number, why it can't be trusted; this is what it said.
@@ -160,7 +160,7 @@ pub enum Verdict {
     Outside(String),
 }
 
-impl Verdict {
+impl CaseVerdict {
     /// Its word.
     pub fn word(&self) -> &'static str {
         match self {
@@ -185,7 +185,7 @@ impl Verdict {
     }
 }
 
-impl Row {
+impl CaseResult {
     /// |found − exact|, in the reading's unit.
     pub fn off(&self) -> Option<f64> {
         Some((self.found? - self.exact?).abs())
@@ -213,7 +213,7 @@ impl Row {
             cut_off: None,
             seconds: 0.0,
             warnings: Vec::new(),
-            verdict: Verdict::Inside,
+            verdict: CaseVerdict::Inside,
         }
     }
 }
@@ -221,7 +221,7 @@ impl Row {
 impl Case {
     /// A case with nothing expected yet: method `gather` and its defaults.
     fn new(group: &'static str, name: impl Into<String>, why: &'static str, scene: SceneText) -> Self {
-        let trial = Trial {
+        let trial = Setup {
             scene,
             method: Method::Gather,
             photons: None,
@@ -236,16 +236,16 @@ impl Case {
             warning: None,
             excuse: None,
         };
-        Self { group, name: name.into(), why, quick: false, job: Job::Run(Box::new(trial)) }
+        Self { group, name: name.into(), why, quick: false, job: CaseRun::Run(Box::new(trial)) }
     }
 
     /// A case that is no run of a scene.
-    fn own(group: &'static str, name: &str, why: &'static str, job: fn(&Path) -> Result<Row, Error>) -> Self {
-        Self { group, name: name.into(), why, quick: false, job: Job::Own(job) }
+    fn own(group: &'static str, name: &str, why: &'static str, job: fn(&Path) -> Result<CaseResult, Error>) -> Self {
+        Self { group, name: name.into(), why, quick: false, job: CaseRun::Own(job) }
     }
 
-    fn with(mut self, change: impl FnOnce(&mut Trial)) -> Self {
-        if let Job::Run(trial) = &mut self.job {
+    fn with(mut self, change: impl FnOnce(&mut Setup)) -> Self {
+        if let CaseRun::Run(trial) = &mut self.job {
             change(trial);
         }
         self
@@ -268,17 +268,17 @@ impl Case {
     }
 
     /// Expects `reading` to be `exact`, up to the claimed error or a relative `tolerance`, whichever is more.
-    fn expects(self, reading: Reading, exact: f64, tolerance: f64) -> Self {
+    fn expects(self, reading: Measurand, exact: f64, tolerance: f64) -> Self {
         self.with(|trial| trial.expected.push(Expected { reading, exact: Some(exact), tolerance }))
     }
 
     /// Expects no value, as no light can arrive.
-    fn expects_none(self, reading: Reading) -> Self {
+    fn expects_none(self, reading: Measurand) -> Self {
         self.with(|trial| trial.expected.push(Expected { reading, exact: None, tolerance: 0.0 }))
     }
 
     /// Expects what is found in another scene, times a factor.
-    fn expects_as(self, reading: Reading, scene: SceneText, factor: f64, tolerance: f64) -> Self {
+    fn expects_as(self, reading: Measurand, scene: SceneText, factor: f64, tolerance: f64) -> Self {
         let case = self.expects(reading, 0.0, tolerance);
         case.with(|trial| trial.twin = Some((scene, factor)))
     }
@@ -288,8 +288,8 @@ impl Case {
         self.with(|trial| trial.useful = part)
     }
 
-    /// The most that found may be off, as a part of what is exact, whatever is claimed: cells claim more than their mean is
-    /// off.
+    /// The most that found may be off, as a part of what is exact, whatever is claimed: cells claim more than their
+    /// mean is off.
     fn within(self, part: f64) -> Self {
         self.with(|trial| trial.within = part)
     }
@@ -324,34 +324,35 @@ impl Case {
     }
 
     /// Runs it on rayon's current thread pool, with files in `folder`.
-    pub fn run(&self, folder: &Path) -> Row {
+    pub fn run(&self, folder: &Path) -> CaseResult {
         let started = Instant::now();
-        let blank = Row::blank(self);
+        let blank = CaseResult::blank(self);
         let found = match &self.job {
-            Job::Run(trial) => trial.run(folder, blank.clone()),
-            Job::Own(job) => {
-                job(folder).map(|row| Row { group: self.group, name: self.name.clone(), why: self.why, ..row })
+            CaseRun::Run(trial) => trial.run(folder, blank.clone()),
+            CaseRun::Own(job) => {
+                job(folder).map(|row| CaseResult { group: self.group, name: self.name.clone(), why: self.why, ..row })
             }
         };
-        let mut row = found.unwrap_or_else(|error| Row { verdict: Verdict::Outside(error.to_string()), ..blank });
+        let mut row =
+            found.unwrap_or_else(|error| CaseResult { verdict: CaseVerdict::Outside(error.to_string()), ..blank });
         row.seconds = started.elapsed().as_secs_f64();
         row
     }
 }
 
-impl Trial {
-    fn run(&self, folder: &Path, mut row: Row) -> Result<Row, Error> {
+impl Setup {
+    fn run(&self, folder: &Path, mut row: CaseResult) -> Result<CaseResult, Error> {
         row.method = self.method.name().into();
         let results = match (self.results(&self.scene, folder), self.refusal) {
             (Err(error), Some(words)) if error.to_string().contains(words) => {
                 // Where the scene was written is no part of what was said.
                 let sentence = error.to_string().replace(&format!("{}/", folder.display()), "");
-                row.verdict = Verdict::Refused(sentence);
+                row.verdict = CaseVerdict::Refused(sentence);
                 return Ok(row);
             }
             (Err(error), _) => return Err(error),
             (Ok(_), Some(words)) => {
-                row.verdict = Verdict::Outside(format!("expected to be refused: \"{words}\""));
+                row.verdict = CaseVerdict::Outside(format!("expected to be refused: \"{words}\""));
                 return Ok(row);
             }
             (Ok(results), None) => results,
@@ -376,16 +377,16 @@ impl Trial {
         };
         row.verdict = match (self.warning, self.excuse) {
             (Some(words), _) => match (said(words), faults.is_empty()) {
-                (Some(warning), true) => Verdict::Warned(warning),
-                (None, _) => Verdict::Outside(format!("expected a warning: \"{words}\"; {}", faults.join("; "))),
-                (_, false) => Verdict::Outside(faults.join("; ")),
+                (Some(warning), true) => CaseVerdict::Warned(warning),
+                (None, _) => CaseVerdict::Outside(format!("expected a warning: \"{words}\"; {}", faults.join("; "))),
+                (_, false) => CaseVerdict::Outside(faults.join("; ")),
             },
-            (None, _) if faults.is_empty() => Verdict::Inside,
+            (None, _) if faults.is_empty() => CaseVerdict::Inside,
             (None, Some(words)) => match said(words) {
-                Some(warning) => Verdict::Warned(warning),
-                None => Verdict::Outside(faults.join("; ")),
+                Some(warning) => CaseVerdict::Warned(warning),
+                None => CaseVerdict::Outside(faults.join("; ")),
             },
-            (None, None) => Verdict::Outside(faults.join("; ")),
+            (None, None) => CaseVerdict::Outside(faults.join("; ")),
         };
         Ok(row)
     }
@@ -403,11 +404,11 @@ impl Trial {
             ..defaults
         };
         let results = render_in_bands(&scene, &plan, &settings, &(), &Default::default(), MOST_CELLS)?;
-        Ok(results.expect("who is alone leads"))
+        Ok(results.expect("a run that is alone has results"))
     }
 
     /// Where the flux went; says what is wrong with that.
-    fn books(&self, results: &Results, row: &mut Row) -> Vec<String> {
+    fn books(&self, results: &Results, row: &mut CaseResult) -> Vec<String> {
         let (run, flux) = (&results.run, &results.run.flux);
         let mut faults = Vec::new();
         if run.photons_emitted == 0 {
@@ -429,13 +430,19 @@ impl Trial {
     }
 
     /// How far off a value may be.
-    fn allowed(&self, found: &Found, doubt: f64, margin: f64, exact: f64) -> f64 {
+    fn allowed(&self, found: &ReadValue, doubt: f64, margin: f64, exact: f64) -> f64 {
         let sigmas = (SIGMAS * SIGMAS + 2.0 * (found.of as f64).ln()).sqrt();
         (sigmas * found.sigma.hypot(doubt)).min(self.within * exact.abs()).max(margin)
     }
 
     /// Compares every reading with what it should be; the row shows that which is the worst.
-    fn compare(&self, results: &Results, twin: Option<&(Results, f64)>, row: &mut Row, faults: &mut Vec<String>) {
+    fn compare(
+        &self,
+        results: &Results,
+        twin: Option<&(Results, f64)>,
+        row: &mut CaseResult,
+        faults: &mut Vec<String>,
+    ) {
         let mut worst = f64::NEG_INFINITY;
         for expected in &self.expected {
             let reference = twin.and_then(|(twin, factor)| {
@@ -480,7 +487,7 @@ impl Trial {
     }
 }
 
-impl Reading {
+impl Measurand {
     fn in_words(self) -> String {
         match self {
             Self::Mean(plane) => format!("mean of {plane}, lx"),
@@ -497,21 +504,21 @@ impl Reading {
 }
 
 /// A value read off a run.
-struct Found {
+struct ReadValue {
     found: f64,
     sigma: f64,
     /// The worst of how many.
     of: usize,
 }
 
-/// A reading; `None` where nothing has a value. The worst cell is that which is the farthest off `exact`, in what its σ and
-/// the `margin` allow.
-fn read(results: &Results, reading: Reading, exact: Option<f64>, margin: f64) -> Option<Found> {
+/// A reading; `None` where nothing has a value. The worst cell is that which is the farthest off `exact`, in what its σ
+/// and the `margin` allow.
+fn read(results: &Results, reading: Measurand, exact: Option<f64>, margin: f64) -> Option<ReadValue> {
     let map = |name: &str| results.maps.iter().find(|map| map.name == name);
-    let one = |found: f64, sigma: f64| Found { found, sigma, of: 1 };
+    let one = |found: f64, sigma: f64| ReadValue { found, sigma, of: 1 };
     match reading {
-        Reading::Mean(name) => mean(map(name)?).map(|(found, sigma)| one(found, sigma)),
-        Reading::Channel(name, channel) => {
+        Measurand::Mean(name) => mean(map(name)?).map(|(found, sigma)| one(found, sigma)),
+        Measurand::Channel(name, channel) => {
             let map = map(name)?;
             let (whole, sigma) = mean(map)?;
             let rgb =
@@ -520,7 +527,7 @@ fn read(results: &Results, reading: Reading, exact: Option<f64>, margin: f64) ->
             // A claim is one of the photometric value; each channel is taken to be as sure.
             Some(one(found, if whole > 0.0 { sigma / whole * found } else { 0.0 }))
         }
-        Reading::Worst(name) => {
+        Measurand::Worst(name) => {
             let (map, exact) = (map(name)?, exact.unwrap_or(0.0));
             let of = map.has_value.iter().filter(|has| **has).count();
             let badness = |&cell: &usize| {
@@ -529,13 +536,13 @@ fn read(results: &Results, reading: Reading, exact: Option<f64>, margin: f64) ->
             };
             let cells = (0..map.illuminance.len()).filter(|&cell| map.has_value[cell]);
             let cell = cells.max_by(|a, b| badness(a).total_cmp(&badness(b)))?;
-            Some(Found { found: map.illuminance[cell], sigma: map.standard_error[cell], of })
+            Some(ReadValue { found: map.illuminance[cell], sigma: map.standard_error[cell], of })
         }
-        Reading::Sensor(name) => {
+        Measurand::Sensor(name) => {
             let sensor = results.sensors.iter().find(|sensor| sensor.name == name)?;
             sensor.has_value.then(|| one(sensor.illuminance, sensor.standard_error))
         }
-        Reading::AllPlanes => {
+        Measurand::AllPlanes => {
             let (mut sum, mut sigmas, mut whole) = (0.0, 0.0, 0.0);
             for map in &results.maps {
                 let ((found, sigma), area) = (mean(map)?, map.along.cross(map.across).length());
@@ -545,17 +552,17 @@ fn read(results: &Results, reading: Reading, exact: Option<f64>, margin: f64) ->
             }
             Some(one(sum / whole, sigmas / whole))
         }
-        Reading::Flux(name) => {
+        Measurand::Flux(name) => {
             let map = map(name)?;
             let ((found, sigma), area) = (mean(map)?, map.along.cross(map.across).length());
             Some(one(found * area, sigma * area))
         }
-        Reading::Valued(name) => {
+        Measurand::Valued(name) => {
             let has = &map(name)?.has_value;
             Some(one(has.iter().filter(|has| **has).count() as f64 / has.len() as f64, 0.0))
         }
-        Reading::CutOff => Some(one(results.run.flux.cut_off / results.run.flux.emitted, 0.0)),
-        Reading::Escaped => Some(one(results.run.flux.escaped / results.run.flux.emitted, 0.0)),
+        Measurand::CutOff => Some(one(results.run.flux.cut_off / results.run.flux.emitted, 0.0)),
+        Measurand::Escaped => Some(one(results.run.flux.escaped / results.run.flux.emitted, 0.0)),
     }
 }
 

@@ -38,8 +38,8 @@ impl SceneText {
 /// Faces of a box by corner number from 1 on (corner = 1 + x high + 2 · y high + 4 · z high), seen from inside.
 const FACES: [[usize; 4]; 6] = [[1, 2, 4, 3], [7, 8, 6, 5], [1, 3, 7, 5], [6, 8, 4, 2], [1, 5, 6, 2], [3, 4, 8, 7]];
 
-/// OBJ text of a box from `low` to `high`, faces seen from inside, materials in the order floor (z low), ceiling, and the
-/// walls at x low, x high, y low, y high.
+/// OBJ text of a box from `low` to `high`, faces seen from inside, materials in the order floor (z low), ceiling, and
+/// the walls at x low, x high, y low, y high.
 pub fn room(low: [f64; 3], high: [f64; 3], materials: [&str; 6]) -> String {
     faces(low, high, materials, |corners| corners.map(|corner| corner as i64))
 }

@@ -1,8 +1,8 @@
 //! Error against run time: how far runs are from the truth, what they claim to be, and what they cost.
 //!
-//! A *ladder* of settings is rendered with several seeds, each run from scratch; [`Errors`] compares a map with the
-//! [`Reference`] of its plane. One run on one plane is a [`Trial`], a setting's trials together are a [`Point`], and
-//! points that differ in effort only make a [`Curve`]. All errors are in % of the reference's mean.
+//! A *ladder* of settings is rendered with several seeds, each run from scratch; [`Deviation`] compares a map with the
+//! [`Reference`] of its plane. One run on one plane is a [`PlaneRun`], a setting's trials together are a [`Point`], and
+//! points that differ in effort only make a [`EffortCurve`]. All errors are in % of the reference's mean.
 
 mod page;
 pub mod reference;
@@ -38,7 +38,7 @@ pub struct Rung {
 
 impl Rung {
     /// The settings this rung stands for.
-    fn settings(&self, common: &Common, seed: u64) -> Settings {
+    fn settings(&self, common: &CommonSettings, seed: u64) -> Settings {
         Settings {
             photons: self.photons,
             nearest: self.nearest,
@@ -53,7 +53,7 @@ impl Rung {
 
 /// What all runs of a study share.
 #[derive(Clone, Copy, Debug)]
-pub struct Common {
+pub struct CommonSettings {
     /// Largest search radius, m; a tenth of the scene's diagonal where not given.
     pub radius: Option<f64>,
     /// Which tree.
@@ -67,8 +67,8 @@ pub struct Common {
 /// Passes by which methods that send rays climb, where the user names none.
 const PASSES: [u32; 5] = [1, 2, 4, 8, 16];
 
-/// Every combination of the lists, in the order of methods, k, passes, photons, efforts ascending; methods that send rays
-/// climb by passes alone. Where nothing bounces in this scene, one rung of a method stands for all.
+/// Every combination of the lists, in the order of methods, k, passes, photons, efforts ascending; methods that send
+/// rays climb by passes alone. Where nothing bounces in this scene, one rung of a method stands for all.
 pub fn ladder(scene: &Scene, methods: &[Method], photons: &[u64], nearest: &[usize], passes: &[u32]) -> Vec<Rung> {
     let nearest: Vec<Option<usize>> =
         if nearest.is_empty() { vec![None] } else { ascending(nearest).into_iter().map(Some).collect() };
@@ -156,10 +156,10 @@ impl Seconds {
     }
 }
 
-/// How far a map is from a reference, over the cells that have a value in both. All but the counts are in %, errors of the
-/// reference's mean.
+/// How far a map is from a reference, over the cells that have a value in both. All but the counts are in %, errors of
+/// the reference's mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Errors {
+pub struct Deviation {
     /// Cells compared.
     pub cells: usize,
     /// Cells that have a value in one of the two only.
@@ -180,7 +180,7 @@ pub struct Errors {
     pub within_2_sigma: f64,
 }
 
-impl Errors {
+impl Deviation {
     /// Compares cell by cell; `None` where no cell has a value in both, or the reference is dark. Cost: O(cells).
     ///
     /// # Panics
@@ -225,8 +225,8 @@ impl Errors {
         })
     }
 
-    /// Root mean square error: the difference without the reference's noise, which is independent of the run's and so is
-    /// subtracted in quadrature; 0 where the noise explains it all.
+    /// Root mean square error: the difference without the reference's noise, which is independent of the run's and so
+    /// is subtracted in quadrature; 0 where the noise explains it all.
     pub fn rmse(&self) -> f64 {
         without(self.difference, self.reference)
     }
@@ -239,7 +239,7 @@ fn without(whole: f64, part: f64) -> f64 {
 
 /// One run on one plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trial {
+pub struct PlaneRun {
     /// Which plane, as counted in [`Study::planes`].
     pub plane: usize,
     /// What was asked for.
@@ -251,7 +251,7 @@ pub struct Trial {
     /// Wall time of the run, all planes together.
     pub seconds: Seconds,
     /// How wrong it is.
-    pub errors: Errors,
+    pub errors: Deviation,
 }
 
 /// A rung on a plane, its trials together.
@@ -285,10 +285,10 @@ pub struct Point {
 
 impl Point {
     /// `trials` of one rung on one plane, at least one.
-    fn of(trials: &[&Trial]) -> Self {
+    fn of(trials: &[&PlaneRun]) -> Self {
         let (first, count) = (trials[0], trials.len() as f64);
-        let mean = |of: &dyn Fn(&Errors) -> f64| trials.iter().map(|trial| of(&trial.errors)).sum::<f64>() / count;
-        let quadratic = |of: &dyn Fn(&Errors) -> f64| mean(&|errors| of(errors).powi(2)).sqrt();
+        let mean = |of: &dyn Fn(&Deviation) -> f64| trials.iter().map(|trial| of(&trial.errors)).sum::<f64>() / count;
+        let quadratic = |of: &dyn Fn(&Deviation) -> f64| mean(&|errors| of(errors).powi(2)).sqrt();
         let bias = mean(&|errors| errors.bias);
         let scatter = trials.iter().map(|trial| (trial.errors.bias - bias).powi(2)).sum::<f64>();
         let reference = quadratic(&|errors| errors.reference);
@@ -324,7 +324,7 @@ impl Point {
 
 /// Points of one method on one plane that differ in effort only, cheapest first.
 #[derive(Clone, Debug)]
-pub struct Curve<'a> {
+pub struct EffortCurve<'a> {
     /// Their method.
     pub method: Method,
     /// The method, and what tells this curve from others of it.
@@ -354,7 +354,7 @@ impl Effort {
 }
 
 /// The curves of one plane, methods in the order of their first point.
-pub fn curves(points: &[Point], plane: usize) -> Vec<Curve<'_>> {
+pub fn curves(points: &[Point], plane: usize) -> Vec<EffortCurve<'_>> {
     let mut methods: Vec<Method> = Vec::new();
     for point in points.iter().filter(|point| point.plane == plane) {
         if !methods.contains(&point.rung.method) {
@@ -364,7 +364,7 @@ pub fn curves(points: &[Point], plane: usize) -> Vec<Curve<'_>> {
     methods.into_iter().flat_map(|method| curves_of(points, plane, method)).collect()
 }
 
-fn curves_of(points: &[Point], plane: usize, method: Method) -> Vec<Curve<'_>> {
+fn curves_of(points: &[Point], plane: usize, method: Method) -> Vec<EffortCurve<'_>> {
     let points: Vec<&Point> =
         points.iter().filter(|point| point.plane == plane && point.rung.method == method).collect();
     let effort = Effort::of(&points);
@@ -373,11 +373,11 @@ fn curves_of(points: &[Point], plane: usize, method: Method) -> Vec<Curve<'_>> {
         Effort::Passes => (rung.nearest, 0),
         Effort::Nearest => (None, 0),
     };
-    let mut curves: Vec<Curve<'_>> = Vec::new();
+    let mut curves: Vec<EffortCurve<'_>> = Vec::new();
     for &point in &points {
         match curves.iter_mut().find(|curve| key(curve.points[0].rung) == key(point.rung)) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { method, label: String::new(), points: vec![point] }),
+            None => curves.push(EffortCurve { method, label: String::new(), points: vec![point] }),
         }
     }
     let differ = |of: &dyn Fn(Rung) -> u64| curves.iter().any(|c| of(c.points[0].rung) != of(points[0].rung));
@@ -421,15 +421,15 @@ pub struct Study {
     /// Planes, in the scene's order.
     pub planes: Vec<StudiedPlane>,
     /// One for each run and plane, in the order they ran.
-    pub trials: Vec<Trial>,
-    /// What the user ought to know.
+    pub trials: Vec<PlaneRun>,
+    /// What the user should know.
     pub warnings: Vec<String>,
 }
 
 impl Study {
     /// Renders every rung of `ladder` with every seed, on rayon's current thread pool, and compares each plane with its
-    /// reference (one for each plane, in order). All rungs take turns with one seed before the next seed begins, so that a
-    /// slow spell of the machine hits all of them; a first run is not counted. `progress` hears one step a run.
+    /// reference (one for each plane, in order). All rungs take turns with one seed before the next seed begins, so
+    /// that a slow spell of the machine hits all of them; a first run is not counted. `progress` gets one step a run.
     ///
     /// # Errors
     /// What [`render()`] says; [`Error::Usage`] where a plane and its reference have no lit cell in common.
@@ -437,7 +437,7 @@ impl Study {
         scene: &Scene,
         references: &[Reference],
         ladder: &[Rung],
-        common: &Common,
+        common: &CommonSettings,
         progress: &dyn Progress,
     ) -> Result<Self, Error> {
         progress.stage("runs", ladder.len() as u64 * u64::from(common.repeats));
@@ -446,15 +446,15 @@ impl Study {
         if let Some(first) = ladder.first() {
             run(first, common.seed)?; // memory and threads are new to the process
         }
-        let mut trials: Vec<Trial> = Vec::new();
+        let mut trials: Vec<PlaneRun> = Vec::new();
         for repeat in 0..common.repeats {
             let seed = common.seed.wrapping_add(u64::from(repeat));
             for rung in ladder {
                 let results = run(rung, seed)?;
                 for (plane, (map, reference)) in results.maps.iter().zip(references).enumerate() {
-                    let errors = Errors::between(map, reference).ok_or_else(|| nothing_in_common(map, reference))?;
+                    let errors = Deviation::between(map, reference).ok_or_else(|| nothing_in_common(map, reference))?;
                     let (nearest, seconds) = (results.run.nearest, Seconds::of(&results.run));
-                    trials.push(Trial { plane, rung: *rung, nearest, seed, seconds, errors });
+                    trials.push(PlaneRun { plane, rung: *rung, nearest, seed, seconds, errors });
                 }
                 progress.advance(1);
             }
@@ -493,7 +493,7 @@ impl Study {
 
     /// Each rung on each plane, planes first.
     pub fn points(&self) -> Vec<Point> {
-        let mut groups: Vec<Vec<&Trial>> = Vec::new();
+        let mut groups: Vec<Vec<&PlaneRun>> = Vec::new();
         for trial in &self.trials {
             match groups.iter_mut().find(|group| (group[0].plane, group[0].rung) == (trial.plane, trial.rung)) {
                 Some(group) => group.push(trial),

@@ -2,12 +2,14 @@
 
 use std::fmt::Write as _;
 
+use maud::{Markup, html};
+
 use crate::render::plan::Method;
-use crate::report::html::{document, escape, section, table, warnings};
-use crate::report::plot::{Axis, Bar, Chart, Mark, Series, Side, shares};
+use crate::report::html::{self, document, list, section, table, warnings};
+use crate::report::plot::{Axis, Bar, Chart, ChartSeries, Mark, Side, shares};
 use crate::study::convergence::report::{extent, figures, reference, rmse};
 use crate::study::convergence::verdict::{GOAL, HONEST, figure, findings};
-use crate::study::convergence::{Curve, Point, Seconds, Study, curves};
+use crate::study::convergence::{EffortCurve, Point, Seconds, Study, curves};
 use crate::text::number::{count, duration};
 
 /// Looks of the charts.
@@ -22,62 +24,58 @@ const SMALL_BIAS: f64 = 0.1;
 /// The study as one HTML file that needs nothing else.
 pub(super) fn page(study: &Study) -> String {
     let points = study.points();
-    let title = escape(&study.scene);
-    let planes: String = (0..study.planes.len()).map(|plane| plane_section(study, &points, plane)).collect();
-    let parts = [
-        format!("<header>\n<h1>{title}: error against run time</h1>\n<p>{}.</p>\n</header>\n", extent(study, &points)),
-        headline(study, &points),
-        warnings(&study.warnings),
-        planes,
-        explanation(study),
-    ];
-    document(&format!("{title}, convergence"), STYLE, &parts.concat())
+    let scene = &study.scene;
+    let main = html! {
+        header { h1 { (scene) ": error against run time" } p { (extent(study, &points)) "." } }
+        (headline(study, &points))
+        (warnings(&study.warnings))
+        @for plane in 0..study.planes.len() { (plane_section(study, &points, plane)) }
+        (explanation(study))
+    };
+    document(&format!("{scene}, convergence"), &[STYLE], &main)
 }
 
 /// What the figures say.
-fn headline(study: &Study, points: &[Point]) -> String {
+fn headline(study: &Study, points: &[Point]) -> Markup {
     let items = findings(study, points).into_iter().map(|finding| match finding.split_once(": ") {
-        Some((of, found)) => format!("<li><b>{}</b>: {}</li>\n", escape(of), escape(found)),
-        None => format!("<li>{}</li>\n", escape(&finding)),
+        Some((of, found)) => html! { b { (of) } ": " (found) },
+        None => html! { (finding) },
     });
-    format!("<section class=\"findings\">\n<ul>\n{}</ul>\n</section>\n", items.collect::<String>())
+    html! { section class="findings" { (list(items)) } "\n" }
 }
 
 /// Charts and table of one plane.
-fn plane_section(study: &Study, points: &[Point], plane: usize) -> String {
-    let name = escape(&study.planes[plane].name);
+fn plane_section(study: &Study, points: &[Point], plane: usize) -> Markup {
     let curves = curves(points, plane);
-    let figure = |title: &str, text: &str, chart: String| {
-        format!("<figure>\n<figcaption><b>{title}</b> {text}</figcaption>\n{chart}</figure>\n")
-    };
+    let honest =
+        format!("In the band the claim is honest, to {:.0} %; above it a run promises too much.", 100.0 * HONEST);
     let charts = [
-        figure(
+        html::figure(
             "Error against time.",
             "Faint lines fall as 1/√t, as pure noise does: a curve that is flatter stops paying.",
-            error_chart(&curves),
+            &error_chart(&curves),
         ),
-        figure(
-            "Claimed and true error.",
-            &format!("In the band the claim is honest, to {:.0} %; above it a run promises too much.", 100.0 * HONEST),
-            claim_chart(&curves),
-        ),
-        figure(
+        html::figure("Claimed and true error.", &honest, &claim_chart(&curves)),
+        html::figure(
             "Bias.",
             "Mean error over the plane, ± its standard error from seed to seed. Further passes don’t average it away.",
-            bias_chart(&curves),
+            &bias_chart(&curves),
         ),
-        figure("Where the time goes.", "Share of each stage, and the whole run’s wall time.", time_chart(&curves)),
+        html::figure(
+            "Where the time goes.",
+            "Share of each stage, and the whole run’s wall time.",
+            &time_chart(&curves),
+        ),
     ];
-    let body = format!(
-        "<p>Reference: {}.</p>\n<div class=\"charts\">\n{}</div>\n{}",
-        escape(&reference(study, points, plane)),
-        charts.concat(),
-        figures_table(points, plane)
-    );
-    section(&format!("Plane “{name}”"), &body)
+    let content = html! {
+        p { "Reference: " (reference(study, points, plane)) "." }
+        div class="charts" { @for chart in &charts { (chart) } }
+        (figures_table(points, plane))
+    };
+    section(&format!("Plane “{}”", study.planes[plane].name), content)
 }
 
-fn figures_table(points: &[Point], plane: usize) -> String {
+fn figures_table(points: &[Point], plane: usize) -> Markup {
     let head = [
         "Method",
         "Photons a pass",
@@ -92,23 +90,26 @@ fn figures_table(points: &[Point], plane: usize) -> String {
         "Within 1 σ, %",
         "Within 2 σ, %",
     ];
-    let rows = points.iter().filter(|point| point.plane == plane).map(|point| figures(point).map(|cell| escape(&cell)));
-    table(head, rows)
+    table(head, points.iter().filter(|point| point.plane == plane).map(figures))
 }
 
-fn explanation(study: &Study) -> String {
-    let text = format!(
-        "<p>All errors are in % of the reference’s mean, over the cells that have a value in both. RMSE is the root mean \
-         square difference of a cell, with the reference’s own noise subtracted in quadrature; hollow marks, and figures \
-         with “&lt;”, are runs whose error is below half of that noise, too small for this reference to tell. A run claims \
-         the quadratic mean of its cells’ σ. Within 1 σ and 2 σ, of run and reference together, an honest normal error \
-         has 68.3 % and 95.4 % of the cells.</p>\n\
-         <p>Each setting ran {} with seeds of its own, all settings in turns. Times are wall time of whole runs, all planes \
-         together, scene loading and written files left out; median of the seeds. <code>convergence.csv</code> has every \
-         run.</p>\n",
-        if study.repeats == 1 { "once".to_owned() } else { format!("{} times", study.repeats) },
-    );
-    section("How to read this", &text)
+fn explanation(study: &Study) -> Markup {
+    let times = if study.repeats == 1 { "once".to_owned() } else { format!("{} times", study.repeats) };
+    let content = html! {
+        p {
+            "All errors are in % of the reference’s mean, over the cells that have a value in both. RMSE is the root mean \
+             square difference of a cell, with the reference’s own noise subtracted in quadrature; hollow marks, and figures \
+             with “<”, are runs whose error is below half of that noise, too small for this reference to tell. A run claims \
+             the quadratic mean of its cells’ σ. Within 1 σ and 2 σ, of run and reference together, an honest normal error \
+             has 68.3 % and 95.4 % of the cells."
+        }
+        p {
+            "Each setting ran " (times) " with seeds of its own, all settings in turns. Times are wall time of whole runs, \
+             all planes together, scene loading and written files left out; median of the seeds. "
+            code { "convergence.csv" } " has every run."
+        }
+    };
+    section("How to read this", content)
 }
 
 /// Number of a method's colour and shape.
@@ -133,9 +134,9 @@ fn hint(point: &Point) -> String {
 }
 
 /// Curves as series; points that `place` has no place for are left out.
-fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<Series> {
+fn series(curves: &[EffortCurve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<ChartSeries> {
     let nth = |index: usize| curves[..index].iter().filter(|curve| curve.method == curves[index].method).count();
-    let marks = |curve: &Curve<'_>| {
+    let marks = |curve: &EffortCurve<'_>| {
         let mark = |point: &&Point| {
             Some(Mark { at: place(point)?, spread: None, hollow: !point.is_resolved(), hint: hint(point) })
         };
@@ -144,7 +145,7 @@ fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> V
     curves
         .iter()
         .enumerate()
-        .map(|(index, curve)| Series {
+        .map(|(index, curve)| ChartSeries {
             hue: hue(curve.method),
             dash: nth(index) % 4,
             label: curve.label.clone(),
@@ -155,20 +156,20 @@ fn series(curves: &[Curve<'_>], place: impl Fn(&Point) -> Option<[f64; 2]>) -> V
 }
 
 /// Letters of the longest name at a curve's end.
-fn letters(curves: &[Curve<'_>]) -> usize {
+fn letters(curves: &[EffortCurve<'_>]) -> usize {
     curves.iter().map(|curve| curve.label.chars().count()).max().unwrap_or(0)
 }
 
-fn all<'a>(curves: &'a [Curve<'a>]) -> impl Iterator<Item = &'a Point> {
+fn all<'a>(curves: &'a [EffortCurve<'a>]) -> impl Iterator<Item = &'a Point> {
     curves.iter().flat_map(|curve| curve.points.iter().copied())
 }
 
 /// A note in place of a chart that would be empty.
-fn nothing(text: &str) -> String {
-    format!("<p class=\"nothing\">{text}</p>\n")
+fn nothing(text: &str) -> Markup {
+    html! { p class="nothing" { (text) } }
 }
 
-fn error_chart(curves: &[Curve<'_>]) -> String {
+fn error_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let place = |point: &Point| (point.rmse > 0.0).then(|| [point.seconds.total(), point.rmse]);
     if all(curves).filter_map(place).next().is_none() {
         return nothing("No run differs from the reference by more than the reference’s own error.");
@@ -195,7 +196,7 @@ fn error_chart(curves: &[Curve<'_>]) -> String {
     chart.svg("Root mean square error of each run against its wall time, both logarithmic")
 }
 
-fn claim_chart(curves: &[Curve<'_>]) -> String {
+fn claim_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let place = |point: &Point| (point.rmse > 0.0 && point.claimed > 0.0).then_some([point.claimed, point.rmse]);
     if all(curves).filter_map(place).next().is_none() {
         return nothing("No run claims an error that this reference could check.");
@@ -221,7 +222,7 @@ fn claim_chart(curves: &[Curve<'_>]) -> String {
     chart.svg("True error of each run against the error it claimed, both logarithmic, with the diagonal")
 }
 
-fn bias_chart(curves: &[Curve<'_>]) -> String {
+fn bias_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let x = Axis::logarithmic("wall time of a run", "s", all(curves).map(|point| point.seconds.total()));
     let ends = all(curves).flat_map(|point| {
         let error = point.bias_error.unwrap_or(0.0);
@@ -241,7 +242,7 @@ fn bias_chart(curves: &[Curve<'_>]) -> String {
     chart.svg("Mean error over the plane against wall time")
 }
 
-fn time_chart(curves: &[Curve<'_>]) -> String {
+fn time_chart(curves: &[EffortCurve<'_>]) -> Markup {
     let effort = |point: &Point| {
         let mut text = format!("{} {}", point.rung.method.name(), short_count(point.rung.photons));
         if point.rung.passes > 1 {

@@ -33,16 +33,16 @@ pub struct Reference {
     pub has_value: Vec<bool>,
 }
 
-/// The method that stands for the truth where there is neither a file nor a closed form, and how long it runs. This is the
-/// one place that decides: an unbiased method belongs here.
+/// The method that stands for the truth where there is neither a file nor a closed form, and how long it runs. This is
+/// the one place that decides: an unbiased method belongs here.
 fn nearest_to_the_truth(seed: u64) -> (Method, Settings) {
     let method = Method::Path;
     let stop = Stop::at_error(0.3).or_within(Duration::from_secs(60));
     (method, Settings { stop, seed, ..Settings::of(method) })
 }
 
-/// References of all planes of a scene, in order: those given, and the computed for the rest. `seed` must be one that no
-/// run to be compared draws from.
+/// References of all planes of a scene, in order: those given, and the computed for the rest. `seed` must be one that
+/// no run to be compared draws from.
 ///
 /// # Errors
 /// What [`render()`] says.
@@ -85,8 +85,9 @@ fn compute(scene: &Scene, seed: u64, progress: &dyn Progress) -> Result<Vec<Refe
 }
 
 /// Whether direct light by closed form is all there is: no surface reflects, and none stands between an opening and a
-/// measuring plane. Meshes of so many triangles that they are sampled have none, and no measured opening or body. Surfaces count as between if their bounds
-/// reach into the box around openings and planes; openings don't shade each other where all lie in one plane.
+/// measuring plane. Meshes of so many triangles that they are sampled have none, and no measured opening or body.
+/// Surfaces count as between if their bounds reach into the box around openings and planes; openings don't shade each
+/// other where all lie in one plane.
 fn has_closed_form(scene: &Scene) -> bool {
     let sampled = |lamp: &Luminaire| match &lamp.opening {
         Opening::Triangles(all) => all.len() > MOST_POLYGONS,
@@ -156,9 +157,9 @@ impl Reference {
         Self { source: source.to_owned(), illuminance, standard_error, has_value }
     }
 
-    /// Reads a plane's reference: EXR (channel `Y`, or `R G B`; its σ from `stderr.Y` if there) or CSV (column `E_lx`, its σ
-    /// from `standard_error_lx` if there; NaN or nothing means no value). Cells are matched in order, row by row from the
-    /// plane's corner; an EXR image's first row is the last of the cells.
+    /// Reads a plane's reference: EXR (channel `Y`, or `R G B`; its σ from `stderr.Y` if there) or CSV (column `E_lx`,
+    /// its σ from `standard_error_lx` if there; NaN or nothing means no value). Cells are matched in order, row by row
+    /// from the plane's corner; an EXR image's first row is the last of the cells.
     ///
     /// # Errors
     /// [`Error::Input`] where the file can't be read, holds something else, or has another number of cells.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::error::invalid;
 use crate::report::table::columns;
 use crate::study::convergence::verdict::{GOAL, figure, findings, race, ratio};
-use crate::study::convergence::{Point, Seconds, Study, Trial, curves};
+use crate::study::convergence::{PlaneRun, Point, Seconds, Study, curves};
 use crate::text::number::{count, duration, round_to};
 
 /// Columns of `convergence.csv`: one line for each run and plane; errors are in % of the reference's mean.
@@ -46,7 +46,7 @@ pub fn write_csv(study: &Study, out: &mut impl Write) -> io::Result<()> {
     let mut table = ::csv::WriterBuilder::new().from_writer(out);
     table.write_record(COLUMNS)?;
     for trial in &study.trials {
-        let Trial { plane, rung, nearest, seed, seconds, errors } = trial;
+        let PlaneRun { plane, rung, nearest, seed, seconds, errors } = trial;
         let names = [study.scene.clone(), study.planes[*plane].name.clone(), rung.method.name().into()];
         let whole = [rung.photons, *nearest as u64, rung.passes.into(), *seed].map(|number| number.to_string());
         let errors = [
@@ -166,7 +166,7 @@ pub(crate) fn rmse(point: &Point) -> String {
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+struct StudyJson<'a> {
     luxmap: &'static str,
     scene: &'a str,
     scene_sha256: &'a str,
@@ -202,7 +202,7 @@ struct PointSummary<'a> {
     nearest: usize,
     passes: u32,
     seconds: f64,
-    stages: Vec<Stage>,
+    stages: Vec<StageSeconds>,
     rmse_percent: f64,
     bias_percent: f64,
     bias_standard_error_percent: Option<f64>,
@@ -214,13 +214,13 @@ struct PointSummary<'a> {
 }
 
 #[derive(Serialize)]
-struct Stage {
+struct StageSeconds {
     name: &'static str,
     seconds: f64,
 }
 
-/// The study for programs: one JSON object, units in its keys. `race`: when each method first gets to `goal_percent`, null
-/// where it doesn't.
+/// The study for programs: one JSON object, units in its keys. `race`: when each method first gets to `goal_percent`,
+/// null where it doesn't.
 pub fn json(study: &Study) -> String {
     let points = study.points();
     let planes = study.planes.iter().enumerate().map(|(index, plane)| PlaneSummary {
@@ -234,7 +234,7 @@ pub fn json(study: &Study) -> String {
             .map(|(method, reached)| Racer { method: method.name(), seconds_to_goal: reached.map(|r| r.seconds) })
             .collect(),
     });
-    let summary = Summary {
+    let summary = StudyJson {
         luxmap: env!("CARGO_PKG_VERSION"),
         scene: &study.scene,
         scene_sha256: &study.scene_hash,
@@ -257,7 +257,8 @@ fn own_error(points: &[Point], plane: usize) -> f64 {
 
 impl<'a> PointSummary<'a> {
     fn new(study: &'a Study, point: &Point) -> Self {
-        let stages = Seconds::NAMES.iter().zip(point.seconds.parts()).map(|(&name, seconds)| Stage { name, seconds });
+        let stages =
+            Seconds::NAMES.iter().zip(point.seconds.parts()).map(|(&name, seconds)| StageSeconds { name, seconds });
         Self {
             plane: &study.planes[point.plane].name,
             method: point.rung.method.name(),

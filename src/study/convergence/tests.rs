@@ -44,7 +44,7 @@ const NONE: f64 = f64::NAN;
 fn three_cells_by_hand() {
     let run = map(&[110.0, 90.0, 130.0, 7.0, NONE], &[10.0, 10.0, 20.0, 999.0, 0.0]);
     let truth = reference(&[100.0, 100.0, 100.0, NONE, 7.0], &[3.0, 3.0, 3.0, 0.0, 999.0]);
-    let errors = Errors::between(&run, &truth).unwrap();
+    let errors = Deviation::between(&run, &truth).unwrap();
     assert_eq!((errors.cells, errors.unmatched), (3, 2));
     close(errors.difference, (1100.0_f64 / 3.0).sqrt());
     close(errors.reference, 3.0);
@@ -60,10 +60,11 @@ fn three_cells_by_hand() {
 /// found where the reference is noisier than the difference.
 #[test]
 fn no_error_is_found_where_there_is_none() {
-    let exact = Errors::between(&map(&[100.0, 300.0], &[0.0; 2]), &reference(&[100.0004, 300.0], &[0.0; 2])).unwrap();
+    let exact =
+        Deviation::between(&map(&[100.0, 300.0], &[0.0; 2]), &reference(&[100.0004, 300.0], &[0.0; 2])).unwrap();
     assert_eq!((exact.within_1_sigma, exact.within_2_sigma, exact.claimed), (100.0, 100.0, 0.0));
     assert!(exact.rmse() < 2e-4);
-    let noisy = Errors::between(&map(&[101.0, 99.0], &[1.0; 2]), &reference(&[100.0; 2], &[5.0; 2])).unwrap();
+    let noisy = Deviation::between(&map(&[101.0, 99.0], &[1.0; 2]), &reference(&[100.0; 2], &[5.0; 2])).unwrap();
     assert_eq!((noisy.rmse(), noisy.bias), (0.0, 0.0));
     let point = Point::of(&[&trial(1000, 1.0, noisy)]);
     assert_eq!((point.is_resolved(), point.true_over_claimed(), point.bias_error), (false, None, None));
@@ -71,9 +72,9 @@ fn no_error_is_found_where_there_is_none() {
 
 #[test]
 fn a_dark_reference_or_none_in_common_is_no_comparison() {
-    assert_eq!(Errors::between(&map(&[1.0, 2.0], &[0.0; 2]), &reference(&[0.0; 2], &[0.0; 2])), None);
-    assert_eq!(Errors::between(&map(&[1.0, NONE], &[0.0; 2]), &reference(&[NONE, 1.0], &[0.0; 2])), None);
-    let dark = Errors::between(&map(&[0.0; 2], &[0.0; 2]), &reference(&[1.0; 2], &[0.0; 2])).unwrap();
+    assert_eq!(Deviation::between(&map(&[1.0, 2.0], &[0.0; 2]), &reference(&[0.0; 2], &[0.0; 2])), None);
+    assert_eq!(Deviation::between(&map(&[1.0, NONE], &[0.0; 2]), &reference(&[NONE, 1.0], &[0.0; 2])), None);
+    let dark = Deviation::between(&map(&[0.0; 2], &[0.0; 2]), &reference(&[1.0; 2], &[0.0; 2])).unwrap();
     assert_eq!((dark.difference, dark.bias, dark.claimed), (100.0, -100.0, 0.0));
 }
 
@@ -82,16 +83,16 @@ fn normal(stream: &mut Stream) -> f64 {
     (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
-/// Normal noise of 2 % on the run and of 1.5 % on the reference, both honestly claimed: the run's own 2 % is found, with
-/// 68.27 % and 95.45 % of the cells within 1 and 2 σ. Bounds are 4 standard errors: a mean square of n normal numbers has
-/// the relative error √(2/n), a share p has √(p(1 − p)/n).
+/// Normal noise of 2 % on the run and of 1.5 % on the reference, both honestly claimed: the run's own 2 % is found,
+/// with 68.27 % and 95.45 % of the cells within 1 and 2 σ. Bounds are 4 standard errors: a mean square of n normal
+/// numbers has the relative error √(2/n), a share p has √(p(1 − p)/n).
 #[test]
 fn honest_noise_is_found_honest() {
     let (n, truth, ours, theirs) = (40_000, 500.0, 10.0, 7.5);
     let mut stream = Seed(11).stream(0);
     let run: Vec<f64> = (0..n).map(|_| truth + ours * normal(&mut stream)).collect();
     let known: Vec<f64> = (0..n).map(|_| truth + theirs * normal(&mut stream)).collect();
-    let errors = Errors::between(&map(&run, &vec![ours; n]), &reference(&known, &vec![theirs; n])).unwrap();
+    let errors = Deviation::between(&map(&run, &vec![ours; n]), &reference(&known, &vec![theirs; n])).unwrap();
     let cells = n as f64;
     let mean_square = 4.0 * (2.0 / cells).sqrt() * (ours * ours + theirs * theirs); // ± lx² of the difference
     let bound = 100.0 * mean_square / (2.0 * ours) / truth;
@@ -104,8 +105,8 @@ fn honest_noise_is_found_honest() {
     assert!(errors.bias.abs() < bound, "bias {} %, expected 0 ± {bound}", errors.bias);
 }
 
-fn errors(difference: f64, bias: f64, claimed: f64) -> Errors {
-    Errors {
+fn errors(difference: f64, bias: f64, claimed: f64) -> Deviation {
+    Deviation {
         cells: 1,
         unmatched: 0,
         difference,
@@ -118,14 +119,14 @@ fn errors(difference: f64, bias: f64, claimed: f64) -> Errors {
     }
 }
 
-fn trial(photons: u64, seconds: f64, errors: Errors) -> Trial {
+fn trial(photons: u64, seconds: f64, errors: Deviation) -> PlaneRun {
     let rung = Rung { method: Method::Split, photons, nearest: None, passes: 1 };
     let seconds = Seconds { gather: seconds, ..Seconds::default() };
-    Trial { plane: 0, rung, nearest: 100, seed: 0, seconds, errors }
+    PlaneRun { plane: 0, rung, nearest: 100, seed: 0, seconds, errors }
 }
 
-/// Errors add up as squares, biases as they are, times by their median: 3 and 4 give √12.5, ±1 of scatter about +2 gives
-/// ±1 for two trials.
+/// Errors add up as squares, biases as they are, times by their median: 3 and 4 give √12.5, ±1 of scatter about +2
+/// gives ±1 for two trials.
 #[test]
 fn trials_make_a_point() {
     let trials = [trial(1000, 5.0, errors(3.0, 1.0, 2.0)), trial(1000, 1.0, errors(4.0, 3.0, 2.0))];
@@ -201,7 +202,7 @@ fn curves_vary_in_effort_only() {
     assert!(labels(&[]).is_empty());
 }
 
-fn study(trials: Vec<Trial>) -> Study {
+fn study(trials: Vec<PlaneRun>) -> Study {
     let plane = StudiedPlane { name: "floor".into(), cells: [1, 1], reference: "truth".into() };
     Study {
         scene: "Büro <1>".into(),
@@ -214,10 +215,10 @@ fn study(trials: Vec<Trial>) -> Study {
     }
 }
 
-/// The headline says who is first, who isn't there, and who claims too little.
+/// The headline says which method is first, which isn't there, and which claims too little.
 #[test]
 fn findings_follow_from_the_figures() {
-    let by = |method: Method, trial: Trial| Trial { rung: Rung { method, ..trial.rung }, ..trial };
+    let by = |method: Method, trial: PlaneRun| PlaneRun { rung: Rung { method, ..trial.rung }, ..trial };
     let trials = vec![
         by(Method::Split, trial(1, 1.0, errors(4.0, 0.0, 4.0))),
         by(Method::Split, trial(2, 64.0, errors(0.5, 0.0, 0.45))),

@@ -1,7 +1,7 @@
 //! What the figures say: which method is the first to a given error, and whether claims are honest.
 
 use crate::render::plan::Method;
-use crate::study::convergence::{Curve, Point, Study, curves};
+use crate::study::convergence::{EffortCurve, Point, Study, curves};
 use crate::text::number::{duration, plain_or_scientific, round_to};
 
 /// The error that methods race to, % of the mean.
@@ -33,7 +33,7 @@ pub fn time_to(points: &[&Point], percent: f64) -> Option<Reached> {
 }
 
 /// When each method first gets to [`GOAL`] on a plane, the best of its curves; methods in the order of their curves.
-pub fn race(curves: &[Curve<'_>]) -> Vec<(Method, Option<Reached>)> {
+pub fn race(curves: &[EffortCurve<'_>]) -> Vec<(Method, Option<Reached>)> {
     let mut methods: Vec<(Method, Option<Reached>)> = Vec::new();
     for curve in curves {
         let reached = time_to(&curve.points, GOAL);
@@ -76,7 +76,7 @@ pub fn findings(study: &Study, points: &[Point]) -> Vec<String> {
 }
 
 /// `split is first to 1 %, after 2.31 s; not there: photons (6.8 % at best), seed (13 %)`
-fn outcome(curves: &[Curve<'_>]) -> String {
+fn outcome(curves: &[EffortCurve<'_>]) -> String {
     let best = |method: Method| {
         let points = curves.iter().filter(|curve| curve.method == method).flat_map(|curve| &curve.points);
         points.copied().min_by(|a, b| a.rmse.total_cmp(&b.rmse)).expect("a method with a curve has points")

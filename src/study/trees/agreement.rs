@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::photon_map::{BruteForce, NearestPhotons};
 use crate::study::trees::contender::{Call, Contender};
-use crate::study::trees::{Queries, Sample};
+use crate::study::trees::{PhotonSample, Queries};
 
 /// Points of each kind at which answers are compared.
 const POINTS: usize = 16;
@@ -36,7 +36,7 @@ struct Truth {
 /// Compares every tree's answers with brute force's at some points of each kind.
 pub(super) fn check(
     set: &str,
-    sample: &Sample,
+    sample: &PhotonSample,
     trees: &[Box<dyn Contender>],
     calls: &[Call],
 ) -> Result<(), Disagreement> {
@@ -86,8 +86,8 @@ impl Truth {
         }
     }
 
-    /// Whether so many may be found of the `k` nearest, else how many ought to be: photons on the edge of the search radius
-    /// may be counted or not.
+    /// Whether so many may be found of the `k` nearest, else how many there should be: photons on the edge of the
+    /// search radius may be counted or not.
     fn check_count(&self, k: usize, found: usize) -> Option<String> {
         let limit = self.reach * self.reach;
         let on_edge = |distance: f32| same_distance(distance, limit);
@@ -130,7 +130,8 @@ impl Truth {
             let r = found.radius_squared;
             return Some(format!("found R² = {r} m² of the {k} nearest, expected {radius_squared} m²"));
         }
-        // Of photons at the k-th's distance any may be taken: the sum lies between the darkest and the brightest choice.
+        // Of photons at the k-th's distance any may be taken: the sum lies between the darkest and the brightest
+        // choice.
         let tied = |photon: &&(f32, f32)| same_distance(photon.0, radius_squared);
         let flux = |photon: &(f32, f32)| f64::from(photon.1);
         let nearer = || self.photons.iter().filter(|photon| photon.0 < radius_squared && !tied(photon));

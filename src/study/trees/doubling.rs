@@ -1,12 +1,14 @@
-//! The paper's Figures 5 to 7: time against pixels, photons and k, each doubled while the others stay, on one thread and on
-//! all.
+//! The paper's Figures 5 to 7: time against pixels, photons and k, each doubled while the others stay, on one thread
+//! and on all.
 
 use crate::gather::receiver::Photons;
 use crate::photon_map::Tree;
 use crate::progress::Progress;
 use crate::study::trees::contender::{Call, Contender, hold};
 use crate::study::trees::sets::{CELLS, Landings};
-use crate::study::trees::{Disagreement, Pools, Sample, Set, agreement, medians, pace, query_seconds, seconds, spread};
+use crate::study::trees::{
+    Disagreement, PhotonSample, Pools, Set, agreement, medians, pace, query_seconds, seconds, spread,
+};
 
 /// Turns of each contender.
 const ROUNDS: usize = 3;
@@ -156,7 +158,7 @@ fn point(
     let maps: Vec<Box<dyn Contender>> =
         pools.all().install(|| trees.iter().map(|&tree| hold(tree, positions.clone(), flux.clone())).collect());
     let call = Call::Sum(nearest);
-    let sample = Sample { photons: photons.clone(), floor, random: Vec::new(), reach };
+    let sample = PhotonSample { photons: photons.clone(), floor, random: Vec::new(), reach };
     pools.all().install(|| agreement::check(Set::Scene.name(), &sample, &maps, &[call]))?;
 
     let asked: Vec<Vec<[f32; 3]>> = maps

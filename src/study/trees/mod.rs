@@ -42,7 +42,7 @@ const RUN: usize = 72;
 
 /// What is compared.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct ComparisonSettings {
     /// Kinds of photons.
     pub sets: Vec<Set>,
     /// Photons stored.
@@ -81,7 +81,7 @@ impl Queries {
 
 /// Photons and the points at which trees over them are asked, m.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub struct PhotonSample {
     /// Positions and flux.
     pub photons: Photons<1>,
     /// [`Queries::Floor`]
@@ -92,7 +92,7 @@ pub struct Sample {
     pub reach: f32,
 }
 
-impl Sample {
+impl PhotonSample {
     fn queries(&self, queries: Queries) -> &[[f32; 3]] {
         match queries {
             Queries::Floor => &self.floor,
@@ -103,7 +103,7 @@ impl Sample {
 
 /// What one tree took.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct TreeTimes {
     /// Which tree.
     pub tree: Tree,
     /// From positions and flux to a photon map that can be asked, s.
@@ -116,7 +116,7 @@ pub struct Entry {
 
 /// The same question to every tree.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
+pub struct TreeCase {
     /// Kind of photons.
     pub set: Set,
     /// Photons stored.
@@ -130,12 +130,12 @@ pub struct Case {
     /// Threads that build, and ask.
     pub threads: usize,
     /// One for each tree.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<TreeTimes>,
 }
 
-impl Case {
+impl TreeCase {
     /// A tree's time ÷ kiddo's, by `time`; `None` where kiddo is no contender.
-    pub fn ratio(&self, entry: &Entry, time: impl Fn(&Entry) -> f64) -> Option<f64> {
+    pub fn ratio(&self, entry: &TreeTimes, time: impl Fn(&TreeTimes) -> f64) -> Option<f64> {
         self.entries.iter().find(|entry| entry.tree == Tree::Kiddo).map(|kiddo| time(entry) / time(kiddo))
     }
 }
@@ -148,7 +148,7 @@ pub struct Comparison {
     /// The processor, where the system tells.
     pub machine: Option<String>,
     /// What was asked, in the order it was asked.
-    pub cases: Vec<Case>,
+    pub cases: Vec<TreeCase>,
     /// The paper's Figures 5 to 7, where asked for.
     pub figures: Vec<Doubling>,
 }
@@ -160,7 +160,7 @@ impl Pools {
     /// Pools of one thread and of `threads` (0: as many as the machine has).
     ///
     /// # Errors
-    /// Where the system has no such many threads.
+    /// Where the system does not allow so many threads.
     pub fn new(threads: usize) -> Result<Self, Error> {
         let pool = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -185,12 +185,12 @@ impl Pools {
     }
 }
 
-impl Settings {
+impl ComparisonSettings {
     /// Photons of a set with the points to ask at.
     ///
     /// # Panics
     /// Where `landings` are too few for [`Set::Scene`].
-    pub fn sample(&self, set: Set, count: usize, landings: &Landings) -> Sample {
+    pub fn sample(&self, set: Set, count: usize, landings: &Landings) -> PhotonSample {
         let (photons, grid, reach) = match set {
             Set::Scene => (landings.spread(count), landings.grid(landings.cells()), landings.reach()),
             _ => {
@@ -199,7 +199,7 @@ impl Settings {
             }
         };
         let random = sets::at_photons(&photons.positions, RANDOM_POINTS, self.seed);
-        Sample { photons, floor: spread(&grid, GRID_POINTS), random, reach }
+        PhotonSample { photons, floor: spread(&grid, GRID_POINTS), random, reach }
     }
 
     /// The questions.
@@ -218,10 +218,10 @@ impl Settings {
     pub fn compare(
         &self,
         set: Set,
-        sample: &Sample,
+        sample: &PhotonSample,
         pools: &Pools,
         progress: &dyn Progress,
-    ) -> Result<Vec<Case>, Disagreement> {
+    ) -> Result<Vec<TreeCase>, Disagreement> {
         let Photons { positions, flux } = &sample.photons;
         let calls = self.calls();
         progress.stage(set.name(), (pools.0.len() * Queries::ALL.len() * calls.len()) as u64);
@@ -235,13 +235,13 @@ impl Settings {
             for queries in Queries::ALL {
                 for &call in &calls {
                     let seconds = pool.install(|| compare_queries(&trees, call, sample.reach, sample.queries(queries)));
-                    let entry = |(tree, (build, query)): (&dyn Contender, (&f64, f64))| Entry {
+                    let entry = |(tree, (build, query)): (&dyn Contender, (&f64, f64))| TreeTimes {
                         tree: tree.tree(),
                         build_seconds: *build,
                         bytes_per_photon: tree.memory() as f64 / positions.len() as f64,
                         query_seconds: query,
                     };
-                    cases.push(Case {
+                    cases.push(TreeCase {
                         set,
                         photons: positions.len(),
                         queries,
@@ -294,8 +294,8 @@ fn pace(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f6
     seconds(|| tree.answer(call, reach, &few)).max(1e-9) / few.len() as f64
 }
 
-/// Seconds a query in one turn: the points are asked for again and again until [`SHORTEST_TURN`] is over, and what threads
-/// need to wake up hardly counts.
+/// Seconds a query in one turn: the points are asked for again and again until [`SHORTEST_TURN`] is over, and what
+/// threads need to wake up hardly counts.
 fn query_seconds(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3]]) -> f64 {
     let started = Instant::now();
     for times in 1_usize.. {
@@ -305,7 +305,7 @@ fn query_seconds(tree: &dyn Contender, call: Call, reach: f32, points: &[[f32; 3
             return taken / (times * points.len()) as f64;
         }
     }
-    unreachable!("time goes on")
+    unreachable!("the clock advances")
 }
 
 /// Wall time of some work, s; what comes of it is dropped afterwards.

@@ -8,7 +8,7 @@ use crate::files;
 use crate::photon_map::Tree;
 use crate::report::npy;
 use crate::report::table::columns;
-use crate::study::trees::{Call, Case, Comparison, Doubling, Entry, Sample, TREES};
+use crate::study::trees::{Call, Comparison, Doubling, PhotonSample, TREES, TreeCase, TreeTimes};
 use crate::text::number::{count, round_to};
 
 /// Columns of `trees.csv`: one line for each question and tree.
@@ -32,13 +32,13 @@ const FIGURE_COLUMNS: [&str; 10] =
 
 /// One line for each question and tree; numbers have six significant digits.
 ///
-/// `queries` says where trees are asked, with ` visit` where the k nearest are visited instead of summed. A line with k is
-/// of the k nearest within the radius (m), one without of a kernel sum within it. `ratio_to_kiddo` is the query's time ÷ kiddo's, empty
-/// where kiddo is no contender.
+/// `queries` says where trees are asked, with ` visit` where the k nearest are visited instead of summed. A line with k
+/// is of the k nearest within the radius (m), one without of a kernel sum within it. `ratio_to_kiddo` is the query's
+/// time ÷ kiddo's, empty where kiddo is no contender.
 ///
 /// # Errors
 /// Where `out` fails.
-pub fn write_csv(cases: &[Case], out: &mut impl Write) -> io::Result<()> {
+pub fn write_csv(cases: &[TreeCase], out: &mut impl Write) -> io::Result<()> {
     let mut table = ::csv::WriterBuilder::new().from_writer(out);
     table.write_record(COLUMNS)?;
     for case in cases {
@@ -66,8 +66,8 @@ pub fn write_csv(cases: &[Case], out: &mut impl Write) -> io::Result<()> {
     table.flush()
 }
 
-/// One line for each point of a curve; numbers have six significant digits. `gather_ms` is the time to sum the k nearest at
-/// all pixels, `speed_up` one thread's ÷ this one's.
+/// One line for each point of a curve; numbers have six significant digits. `gather_ms` is the time to sum the k
+/// nearest at all pixels, `speed_up` one thread's ÷ this one's.
 ///
 /// # Errors
 /// Where `out` fails.
@@ -91,13 +91,13 @@ pub fn write_figures(points: &[Doubling], out: &mut impl Write) -> io::Result<()
     table.flush()
 }
 
-/// Writes photons and the points asked at for programs in any language, as NumPy files of single precision: positions (N × 3,
-/// m) to `path`, and beside it, for `path` = `photons.npy`, their flux (N, lm) to `photons.flux.npy` and the points (M × 3,
-/// m) to `photons.floor.npy` and `photons.random.npy`. Returns the paths.
+/// Writes photons and the points asked at for programs in any language, as NumPy files of single precision: positions
+/// (N × 3, m) to `path`, and beside it, for `path` = `photons.npy`, their flux (N, lm) to `photons.flux.npy` and the
+/// points (M × 3, m) to `photons.floor.npy` and `photons.random.npy`. Returns the paths.
 ///
 /// # Errors
 /// [`Error::Write`] where a file can't be written.
-pub fn dump(sample: &Sample, path: &Path) -> Result<Vec<PathBuf>, Error> {
+pub fn dump(sample: &PhotonSample, path: &Path) -> Result<Vec<PathBuf>, Error> {
     let beside = |what: &str| path.with_extension(format!("{what}.npy"));
     let paths = vec![path.to_owned(), beside("flux"), beside("floor"), beside("random")];
     let points =
@@ -135,25 +135,25 @@ pub fn table(comparison: &Comparison) -> String {
 }
 
 /// A column's head for each tree, empty for those that are no contender.
-pub(crate) fn heads(cases: &[Case], unit: &str) -> [String; 3] {
+pub(crate) fn heads(cases: &[TreeCase], unit: &str) -> [String; 3] {
     let present = |tree| cases.iter().any(|case| case.entries.iter().any(|entry| entry.tree == tree));
     TREES.map(|tree| if present(tree) { format!("{}, {unit}", tree.name()) } else { String::new() })
 }
 
 /// The first question to each build.
-pub(crate) fn builds(cases: &[Case]) -> impl Iterator<Item = &Case> {
-    let same = |a: &Case, b: &Case| (a.set, a.photons, a.threads) == (b.set, b.photons, b.threads);
+pub(crate) fn builds(cases: &[TreeCase]) -> impl Iterator<Item = &TreeCase> {
+    let same = |a: &TreeCase, b: &TreeCase| (a.set, a.photons, a.threads) == (b.set, b.photons, b.threads);
     cases.iter().enumerate().filter(move |&(i, case)| i == 0 || !same(&cases[i - 1], case)).map(|(_, case)| case)
 }
 
 /// A cell for each tree, empty for those that are no contender.
-fn cells(case: &Case, text: impl Fn(&Entry) -> String) -> [String; 3] {
+fn cells(case: &TreeCase, text: impl Fn(&TreeTimes) -> String) -> [String; 3] {
     let entry = |tree| case.entries.iter().find(|entry| entry.tree == tree);
     TREES.map(|tree| entry(tree).map_or_else(String::new, &text))
 }
 
 /// A time in a unit, and its ratio to kiddo's.
-fn timed(case: &Case, entry: &Entry, time: impl Fn(&Entry) -> f64, unit: f64) -> String {
+fn timed(case: &TreeCase, entry: &TreeTimes, time: impl Fn(&TreeTimes) -> f64, unit: f64) -> String {
     let value = three_digits(unit * time(entry));
     match case.ratio(entry, time) {
         Some(ratio) if entry.tree != Tree::Kiddo => format!("{value} ({})", round_to(ratio, 2)),
@@ -161,7 +161,7 @@ fn timed(case: &Case, entry: &Entry, time: impl Fn(&Entry) -> f64, unit: f64) ->
     }
 }
 
-pub(crate) fn build_row(case: &Case) -> [String; 9] {
+pub(crate) fn build_row(case: &TreeCase) -> [String; 9] {
     let [kd, kiddo, paper] = cells(case, |entry| timed(case, entry, |entry| entry.build_seconds, 1e3));
     let [kd_bytes, kiddo_bytes, paper_bytes] = cells(case, |entry| three_digits(entry.bytes_per_photon));
     let of = [case.set.name().to_owned(), count(case.photons as u64), case.threads.to_string()];
@@ -169,7 +169,7 @@ pub(crate) fn build_row(case: &Case) -> [String; 9] {
     [set, photons, threads, kd, kiddo, paper, kd_bytes, kiddo_bytes, paper_bytes]
 }
 
-pub(crate) fn question_row(case: &Case) -> [String; 8] {
+pub(crate) fn question_row(case: &TreeCase) -> [String; 8] {
     let [kd, kiddo, paper] = cells(case, |entry| timed(case, entry, query, 1e9));
     let (set, at) = (case.set.name().to_owned(), case.queries.name().to_owned());
     [set, count(case.photons as u64), at, question(case.call), case.threads.to_string(), kd, kiddo, paper]
@@ -197,7 +197,7 @@ pub(crate) fn question(call: Call) -> String {
     }
 }
 
-pub(crate) fn query(entry: &Entry) -> f64 {
+pub(crate) fn query(entry: &TreeTimes) -> f64 {
     entry.query_seconds
 }
 

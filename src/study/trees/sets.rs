@@ -216,7 +216,7 @@ impl Landings {
     }
 }
 
-/// The scene for those who name none: the seed office, as shipped in `scenes/`.
+/// The scene where none is named: the seed office, as shipped in `scenes/`.
 ///
 /// # Errors
 /// Where the system's temporary folder can't be written: meshes are read from files.

@@ -68,8 +68,8 @@ impl Fault for SwapsPhotons {
     }
 }
 
-fn settings() -> Settings {
-    Settings {
+fn settings() -> ComparisonSettings {
+    ComparisonSettings {
         sets: vec![Set::Uniform],
         photons: vec![1000],
         nearest: vec![5, 40],
@@ -94,7 +94,7 @@ fn a_wrong_tree_is_found_by_every_question_it_answers_wrongly() {
         assert!(checked::<MissesTheNearest>(Set::Uniform, &[question]).is_err(), "{question:?}");
         assert!(checked::<TooFar>(Set::Uniform, &[question]).is_err(), "{question:?}");
     }
-    // Visits don't tell flux.
+    // Visits don't give flux.
     assert!(checked::<SwapsPhotons>(Set::Uniform, &[Call::Sum(5)]).is_err());
     assert!(checked::<SwapsPhotons>(Set::Uniform, &[Call::Within(0.5)]).is_err());
     let message = checked::<MissesTheNearest>(Set::Uniform, &[Call::Visit(5)]).expect_err("wrong").to_string();
@@ -107,8 +107,8 @@ fn a_wrong_tree_is_found_by_every_question_it_answers_wrongly() {
     assert_eq!(found + 1, expected, "{message}");
 }
 
-/// Of photons that are equally far any may be taken, but no others: in one place, a sum of 5 lies between the five darkest
-/// and the five brightest of all, whatever photon stands for another.
+/// Of photons that are equally far any may be taken, but no others: in one place, a sum of 5 lies between the five
+/// darkest and the five brightest of all, whatever photon stands for another.
 #[test]
 fn photons_equally_far_may_be_swapped() {
     assert_eq!(checked::<SwapsPhotons>(Set::Coincident, &[Call::Sum(5)]), Ok(()));

@@ -22,13 +22,13 @@ pub(super) struct Product {
     /// Photometries in the order of the file.
     photometries: Vec<String>,
     /// Light of each emitter, by its id; alternatives.
-    emitters: HashMap<String, Vec<Light>>,
+    emitters: HashMap<String, Vec<EmitterMode>>,
     variants: Vec<Variant>,
 }
 
 /// One way in which an emitter shines.
 #[derive(Clone, Debug, PartialEq)]
-struct Light {
+struct EmitterMode {
     /// Ids of photometries: one, or one for each channel.
     photometries: Vec<String>,
     /// Of the luminaire, lm.
@@ -185,7 +185,7 @@ impl Product {
                 let equipment = child(node, "EquipmentReference").and_then(|node| node.attribute("equipmentId"));
                 let turn = child(node, "Rotation");
                 let angles = turn.into_iter().flat_map(|turn| turn.children().filter_map(|node| node.text()));
-                lights.push(Light {
+                lights.push(EmitterMode {
                     photometries,
                     flux: number(node, "RatedLuminousFlux")?.filter(|flux| *flux > 0.0),
                     lamp_flux: equipment.and_then(|id| *equipments.get(id)?),
@@ -200,7 +200,8 @@ impl Product {
         Ok(())
     }
 
-    /// Emitters' ids, one for each light output of a variant. Models of several kinds show the same outputs: one counts.
+    /// Emitters' ids, one for each light output of a variant. Models of several kinds show the same outputs: one
+    /// counts.
     fn outputs(&self, geometry: Element) -> Vec<String> {
         let mut models: Vec<(String, Vec<(String, String)>)> = Vec::new();
         for node in geometry.descendants().filter(Node::is_element) {
@@ -288,7 +289,7 @@ impl Product {
         Ok(output)
     }
 
-    /// The one light that all variants come to.
+    /// The one light that all variants have.
     fn only(&self, path: &Path, choice: &Choice) -> Result<Output, InputError> {
         if self.lit().next().is_none() {
             return self.only_photometry(path);

@@ -7,11 +7,11 @@
 //! - **Intensities** are cd of the luminaire, times `Multiplier`, and times `BallastFactor` as in LM-63. They are taken
 //!   as those of all `Quantity` emitters of one kind together, with a note where there are several. Emitters of several
 //!   kinds shine together: their tables are added where they have the same angles, or one of them is chosen by name.
-//! - **Directions** are those of LM-63: type C, A or B of the IES, planes at attribute h, angles in them at v. CIE's own
-//!   types A and B number planes in another way, and are refused.
+//! - **Directions** are those of LM-63: type C, A or B of the IES, planes at attribute h, angles in them at v. CIE's
+//!   own types A and B number planes in another way, and are refused.
 //! - **Symmetry** is told by `SymmType` and by where the planes begin and end; the two have to agree.
-//! - **Opening**: `EmissionAreas`' area in the bottom face, or `LuminousOpening`, else the luminaire's dimensions, with a
-//!   note. Lengths are mm, *length* lies along C0 as in LM-63.
+//! - **Opening**: `EmissionAreas`' area in the bottom face, or `LuminousOpening`, else the luminaire's dimensions, with
+//!   a note. Lengths are mm, *length* lies along C0 as in LM-63.
 //! - Spectra and colours over angles are passed over, with a note. Radiant and photon intensities are no light.
 
 mod json;
@@ -22,10 +22,10 @@ use std::path::Path;
 pub(super) use json::parse as parse_json;
 pub(super) use xml::{parse as parse_xml, tree};
 
-use super::opening::{LuminousOpening, Unit};
-use super::table::Table;
+use super::opening::{LengthUnit, LuminousOpening};
+use super::table::IntensityTable;
 use super::text::{label, quoted};
-use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Shape, Symmetry, Values, angles};
+use super::{Choice, Format, Lamps, Notes, Photometry, PlaneSystem, Shape, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
 use crate::text::listed;
 
@@ -46,12 +46,12 @@ struct Document {
     more_areas: bool,
     /// Type of the goniometer.
     goniometer: Option<String>,
-    emitters: Vec<Emitter>,
+    emitters: Vec<Tm33Emitter>,
 }
 
 /// Emitters of one kind.
 #[derive(Default)]
-struct Emitter {
+struct Tm33Emitter {
     line: usize,
     names: Vec<String>,
     quantity: Option<f64>,
@@ -100,7 +100,7 @@ impl Document {
         let mut notes = Notes::default();
         let chosen = self.chosen(path, choice, &mut notes)?;
         let mut lamps = Vec::new();
-        let mut sum: Option<(Grid, Option<f64>)> = None;
+        let mut sum: Option<(IntensityGrid, Option<f64>)> = None;
         for emitter in chosen {
             let Some(raw) = &emitter.table else { continue };
             let grid = emitter.grid(path, raw, self.goniometer.as_deref(), &mut notes)?;
@@ -145,8 +145,8 @@ impl Document {
     }
 
     /// Emitters with intensities that count.
-    fn chosen(&self, path: &Path, choice: &Choice, notes: &mut Notes) -> Result<Vec<&Emitter>, InputError> {
-        let lit: Vec<&Emitter> = self.emitters.iter().filter(|emitter| emitter.table.is_some()).collect();
+    fn chosen(&self, path: &Path, choice: &Choice, notes: &mut Notes) -> Result<Vec<&Tm33Emitter>, InputError> {
+        let lit: Vec<&Tm33Emitter> = self.emitters.iter().filter(|emitter| emitter.table.is_some()).collect();
         choice.lamp_set.as_ref().map_or(Ok(0), |set| set.within(1, path))?;
         let Some(variant) = &choice.variant else {
             if lit.len() < self.emitters.len() && !lit.is_empty() {
@@ -156,7 +156,7 @@ impl Document {
             return Ok(lit);
         };
         let wanted = variant.value.trim();
-        let named: Vec<&Emitter> =
+        let named: Vec<&Tm33Emitter> =
             lit.iter().copied().filter(|emitter| emitter.names.iter().any(|name| name == wanted)).collect();
         if !named.is_empty() {
             return Ok(named);
@@ -205,12 +205,12 @@ impl Document {
                 LuminousOpening::POINT
             }
         };
-        let doubt = notes.opening(self.line.max(1), opening.doubt(Unit::Millimetre));
+        let doubt = notes.opening(self.line.max(1), opening.doubt(LengthUnit::Millimetre));
         Ok((opening, doubt))
     }
 }
 
-impl Emitter {
+impl Tm33Emitter {
     fn lamps(&self, raw: &Raw) -> Lamps {
         Lamps {
             count: self.quantity.map_or(1, |quantity| quantity.clamp(0.0, 1e9) as u32),
@@ -224,7 +224,13 @@ impl Emitter {
     }
 
     /// The intensities as a table, every factor in them.
-    fn grid(&self, path: &Path, raw: &Raw, goniometer: Option<&str>, notes: &mut Notes) -> Result<Grid, InputError> {
+    fn grid(
+        &self,
+        path: &Path,
+        raw: &Raw,
+        goniometer: Option<&str>,
+        notes: &mut Notes,
+    ) -> Result<IntensityGrid, InputError> {
         let refuse = |found: String, expected: &str| {
             Err(InputError::new(Location::line(path, raw.line), found, expected.to_owned()))
         };
@@ -234,12 +240,12 @@ impl Emitter {
         let kind = match raw.kind.as_deref().or(goniometer).map(|kind| (plain(kind), kind)) {
             None => {
                 notes.0.push("no type of photometry is told, taken for type C".to_owned());
-                Kind::C
+                PlaneSystem::C
             }
             Some((kind, told)) => match kind.strip_prefix("ies").unwrap_or(&kind).trim_start_matches("type") {
-                "c" | "ciec" | "ciecgamma" => Kind::C,
-                "b" => Kind::B,
-                "a" => Kind::A,
+                "c" | "ciec" | "ciecgamma" => PlaneSystem::C,
+                "b" => PlaneSystem::B,
+                "a" => PlaneSystem::A,
                 _ => return refuse(format!("photometry of type {}", quoted(told)), "CIE_C, IES_C, IES_B or IES_A"),
             },
         };
@@ -272,11 +278,11 @@ impl Emitter {
         }
         let table = raw.table(path, kind, factor, notes)?;
         let symmetry = raw.symmetry(path, kind, &table, notes)?;
-        let mut grid = Grid { kind, symmetry, table, line: raw.line };
+        let mut grid = IntensityGrid { kind, symmetry, table, line: raw.line };
         if grid.table.close() {
             notes.at(raw.line, "planes 0° and 360° differ; 0° is taken".to_owned());
         }
-        if kind == Kind::C {
+        if kind == PlaneSystem::C {
             super::check_nadir(&grid.table, raw.line, notes);
         }
         Ok(grid)
@@ -285,14 +291,20 @@ impl Emitter {
 
 impl Raw {
     /// The intensities in the order of their angles; those at the poles may stand in one plane only.
-    fn table(&self, path: &Path, kind: Kind, factor: f64, notes: &mut Notes) -> Result<Table, InputError> {
+    fn table(
+        &self,
+        path: &Path,
+        kind: PlaneSystem,
+        factor: f64,
+        notes: &mut Notes,
+    ) -> Result<IntensityTable, InputError> {
         let refused =
             |found: String, expected: String| InputError::new(Location::line(path, self.line), found, expected);
         let refuse = |found: String, expected: String| Err(refused(found, expected));
         let (planes, angles) = match kind {
-            Kind::C => (angles::TURNS, [0.0, 180.0]),
-            Kind::B => ([-90.0, 90.0], [-180.0, 180.0]),
-            Kind::A => ([-180.0, 180.0], [-90.0, 90.0]),
+            PlaneSystem::C => (angles::TURNS, [0.0, 180.0]),
+            PlaneSystem::B => ([-90.0, 90.0], [-180.0, 180.0]),
+            PlaneSystem::A => ([-180.0, 180.0], [-90.0, 90.0]),
         };
         let sorted = |axis: usize, [low, high]: [f64; 2], name: &str| {
             let mut list: Vec<f64> = self.points.iter().map(|point| point[axis] + 0.0).collect();
@@ -325,7 +337,7 @@ impl Raw {
             }
             *entry = value;
         }
-        for (a, v) in angles.iter().enumerate().filter(|(_, v)| kind == Kind::C && [0.0, 180.0].contains(*v)) {
+        for (a, v) in angles.iter().enumerate().filter(|(_, v)| kind == PlaneSystem::C && [0.0, 180.0].contains(*v)) {
             let row = || (0..planes.len()).map(|plane| plane * angles.len() + a);
             let known: Vec<f64> = row().map(|i| values[i]).filter(|value| !value.is_nan()).collect();
             if known.len() == 1 && planes.len() > 1 {
@@ -339,11 +351,17 @@ impl Raw {
         }
         let numbers = values.into_iter().map(|value| Ok((self.line, value)));
         let candela = Values::of(path, self.line, numbers, factor, notes)?.candela;
-        Ok(Table { planes, angles, candela })
+        Ok(IntensityTable { planes, angles, candela })
     }
 
-    /// Symmetry of the table, as it says and as its planes tell.
-    fn symmetry(&self, path: &Path, kind: Kind, table: &Table, notes: &mut Notes) -> Result<Symmetry, InputError> {
+    /// Symmetry of the table, as it says and as its planes show.
+    fn symmetry(
+        &self,
+        path: &Path,
+        kind: PlaneSystem,
+        table: &IntensityTable,
+        notes: &mut Notes,
+    ) -> Result<Symmetry, InputError> {
         let told = match self.symmetry.as_deref().map(|told| (plain(told), told)) {
             None => None,
             Some((word, told)) => Some(match word.strip_prefix("symm").unwrap_or(&word) {
@@ -359,7 +377,7 @@ impl Raw {
                 }
             }),
         };
-        if kind != Kind::C {
+        if kind != PlaneSystem::C {
             return Ok(super::ies::symmetry_of_a_or_b(self.line, &table.planes, &table.angles, notes));
         }
         let seen = angles::symmetry(path, self.line, &table.planes, notes)?;
@@ -387,14 +405,14 @@ impl Raw {
 }
 
 /// Intensities as a table.
-struct Grid {
-    kind: Kind,
+struct IntensityGrid {
+    kind: PlaneSystem,
     symmetry: Symmetry,
-    table: Table,
+    table: IntensityTable,
     line: usize,
 }
 
-impl Grid {
+impl IntensityGrid {
     /// Both together, which have the same angles.
     fn plus(mut self, path: &Path, line: usize, other: Self) -> Result<Self, InputError> {
         let alike = self.kind == other.kind

@@ -21,15 +21,15 @@ fn coordinate() -> impl Strategy<Value = String> {
 
 /// One line, for each number of vertices that stand above it.
 #[derive(Clone, Debug)]
-enum Line {
+enum ObjLine {
     Vertex(Vec<String>),
-    /// Corners as parts of the vertices above, or of all where they may stand below, whether counted from below, and what
-    /// stands behind the slash.
+    /// Corners as parts of the vertices above, or of all where they may stand below, whether counted from below, and
+    /// what stands behind the slash.
     Face(bool, Vec<(f64, bool, &'static str)>),
     Other(&'static str),
 }
 
-fn line() -> impl Strategy<Value = Line> {
+fn line() -> impl Strategy<Value = ObjLine> {
     let behind = prop::sample::select(vec!["", "", "/1", "/1/2", "//2", "/"]);
     let other = prop::sample::select(vec![
         "usemtl wall",
@@ -61,24 +61,24 @@ fn line() -> impl Strategy<Value = Line> {
         "\u{feff}v 1 2 3",
     ]);
     prop_oneof![
-        5 => prop::collection::vec(coordinate(), 3..8).prop_map(Line::Vertex),
+        5 => prop::collection::vec(coordinate(), 3..8).prop_map(ObjLine::Vertex),
         4 => (prop::bool::weighted(0.1), prop::collection::vec((0.0..1.0, any::<bool>(), behind), 3..7))
-            .prop_map(|(forward, corners)| Line::Face(forward, corners)),
-        2 => other.prop_map(Line::Other),
+            .prop_map(|(forward, corners)| ObjLine::Face(forward, corners)),
+        2 => other.prop_map(ObjLine::Other),
     ]
 }
 
 /// A text, with three vertices at its beginning, so that every face has some to name.
-fn text_of(lines: &[Line], ends: &[u8]) -> String {
+fn text_of(lines: &[ObjLine], ends: &[u8]) -> String {
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     let mut above = 3;
-    let all = 3 + lines.iter().filter(|line| matches!(line, Line::Vertex(_))).count() as i32;
+    let all = 3 + lines.iter().filter(|line| matches!(line, ObjLine::Vertex(_))).count() as i32;
     for (number, line) in lines.iter().enumerate() {
         let end = ends[number % ends.len()];
         // Between words of a line: blanks, or a backslash that joins two lines.
         let between = if end & 4 != 0 { " \\\n\t" } else { "  " };
         match line {
-            Line::Vertex(words) => {
+            ObjLine::Vertex(words) => {
                 let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
                 if let [_, _, _, w] = words.as_mut_slice() {
                     // Neither 0 nor so small that the vertex lies too far out.
@@ -87,7 +87,7 @@ fn text_of(lines: &[Line], ends: &[u8]) -> String {
                 text += &format!("v {}", words.join(between));
                 above += 1;
             }
-            Line::Face(forward, corners) => {
+            ObjLine::Face(forward, corners) => {
                 text += "f";
                 for &(part, from_below, behind) in corners {
                     let named = if *forward { all } else { above };
@@ -96,9 +96,9 @@ fn text_of(lines: &[Line], ends: &[u8]) -> String {
                     text += &format!("{between}{vertex}{behind}");
                 }
             }
-            Line::Other(other) => text += other,
+            ObjLine::Other(other) => text += other,
         }
-        if end & 2 != 0 && !matches!(line, Line::Other(_)) {
+        if end & 2 != 0 && !matches!(line, ObjLine::Other(_)) {
             text += " # nice";
         }
         text += if end & 1 != 0 { "\r\n" } else { "\n" };
@@ -118,7 +118,7 @@ proptest! {
         let (taken, good) = compare(text.as_bytes());
         prop_assert_eq!(taken, good, "{}", text);
         // Faces may all turn out to have too few corners that differ.
-        prop_assert!(!good || lines.iter().any(|line| matches!(line, Line::Face(..))));
+        prop_assert!(!good || lines.iter().any(|line| matches!(line, ObjLine::Face(..))));
     }
 
     /// Whatever a few wrong bytes do, the large reader takes no file that the other refuses, nor reads it otherwise.
@@ -161,7 +161,8 @@ fn odd_files_are_left_to_the_other_reader() {
     assert_eq!(compare(format!("{triangle}v 1e12 0 0").as_bytes()), (true, true), "far out, but no face's");
 }
 
-/// Where faces name vertices that stand below them, in their block or in a later one, the mesh is that of the plain order.
+/// Where faces name vertices that stand below them, in their block or in a later one, the mesh is that of the plain
+/// order.
 #[test]
 fn faces_may_stand_above_their_vertices() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 2 1\n";
@@ -177,7 +178,7 @@ fn faces_may_stand_above_their_vertices() {
     }
 }
 
-/// Faces that have no area whatever their vertices are left out as if they weren't there, and told.
+/// Faces that have no area whatever their vertices are left out as if they weren't there, and reported.
 #[test]
 fn faces_of_two_corners_are_left_out() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

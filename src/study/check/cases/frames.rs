@@ -4,7 +4,7 @@ use crate::render::plan::Method::{Gather, Photons, Split};
 use crate::study::check::cases::{CUBE, FLUX, cube};
 use crate::study::check::forms::{closed_room, closed_room_noise, parallel_panel};
 use crate::study::check::scenes::{diffuse, floor, panel, point_lamp, room, sensor, solid};
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const SCALE: &str = "scale";
 pub(super) const OFFSET: &str = "offset";
@@ -45,7 +45,7 @@ pub(super) fn cases() -> Vec<Case> {
         let mut case =
             Case::new(SCALE, format!("panel, × {scale:e}"), "direct light, closed form", panel_room(scale, [0.0; 3]));
         for (name, y) in METERS {
-            case = case.expects(Reading::Sensor(name), panel(y) / (scale * scale), 2e-4);
+            case = case.expects(Measurand::Sensor(name), panel(y) / (scale * scale), 2e-4);
         }
         cases.push(case.quick());
         for method in [Gather, Split, Photons] {
@@ -55,7 +55,7 @@ pub(super) fn cases() -> Vec<Case> {
                 Case::new(SCALE, name, "no leak, no ray that meets its own start", cube(0.8, scale, [0.0; 3], 16))
                     .method(method)
                     .photons(100_000)
-                    .expects(Reading::Mean("floor"), exact, 2e-3)
+                    .expects(Measurand::Mean("floor"), exact, 2e-3)
                     .useful(if method == Gather { 0.05 } else { 0.2 })
                     .within(4.0 * closed_room_noise(0.8, 1e5) + 5e-3)
                     .closed();
@@ -64,7 +64,7 @@ pub(super) fn cases() -> Vec<Case> {
         if scale != 1.0 {
             let case = Case::new(SCALE, format!("furnished room, × {scale:e}"), "E s² as at scale 1", furnished(scale));
             let case =
-                case.photons(100_000).expects_as(Reading::Mean("floor"), furnished(1.0), 1.0 / (scale * scale), 1e-3);
+                case.photons(100_000).expects_as(Measurand::Mean("floor"), furnished(1.0), 1.0 / (scale * scale), 1e-3);
             cases.push(case.closed());
         }
     }
@@ -73,22 +73,23 @@ pub(super) fn cases() -> Vec<Case> {
         let mut case =
             Case::new(OFFSET, format!("panel, {offset:e} m away"), "direct light, closed form", panel_room(1.0, at));
         for (name, y) in METERS {
-            case = case.expects(Reading::Sensor(name), panel(y), 2e-4);
+            case = case.expects(Measurand::Sensor(name), panel(y), 2e-4);
         }
         cases.push(case.quick());
         let scene = cube(0.8, 1.0, at, 16);
         let case =
             Case::new(OFFSET, format!("cube, ρ = 0.8, {offset:e} m away"), "single precision ends at 1e5 m", scene);
-        let case = case.photons(100_000).expects(Reading::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3);
+        let case = case.photons(100_000).expects(Measurand::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3);
         cases.push(if offset > 5e6 { case.closed().quick() } else { case.closed() });
     }
-    // A speck so far from the room that single precision would have no place left for the room's details, were it to count.
+    // A speck so far from the room that single precision would have no place left for the room's details, were it to
+    // count.
     let mut far = panel_room(1.0, [0.0; 3]);
     far.obj += &solid([1e6, 0.0, 0.0], [1e6 + 1.0, 1.0, 1.0], "black");
     let why = "a forgotten block 1000 km away counts for nothing";
     let mut case = Case::new(OFFSET, "something far away", why, far);
     for (name, y) in METERS {
-        case = case.expects(Reading::Sensor(name), panel(y), 2e-4);
+        case = case.expects(Measurand::Sensor(name), panel(y), 2e-4);
     }
     cases.push(case.quick());
     let mut far = panel_room(1.0, [0.0; 3]);

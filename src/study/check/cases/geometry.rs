@@ -4,14 +4,15 @@ use crate::render::plan::Method::{Gather, Path, Photons, Split};
 use crate::study::check::cases::{CUBE, FLUX, cube};
 use crate::study::check::forms::{closed_room, closed_room_noise};
 use crate::study::check::scenes::{diffuse, floor, plane, point_lamp, polygon, room, solid};
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const WALLS: &str = "thin walls";
 pub(super) const MESHES: &str = "meshes";
 
 const SIDE: [f64; 3] = [4.0; 3];
 
-/// Two closed cubes side by side with one wall between them, `thick` (m): a lamp of 10⁶ lm in the one, of 1 lm in the other.
+/// Two closed cubes side by side with one wall between them, `thick` (m): a lamp of 10⁶ lm in the one, of 1 lm in the
+/// other.
 fn two_rooms(thick: f64, dark_flux: f64) -> SceneText {
     let far = [4.0 + thick, 0.0, 0.0];
     let end = [8.0 + thick, 4.0, 4.0];
@@ -62,8 +63,8 @@ fn walls() -> Vec<Case> {
             let mut case = Case::new(WALLS, format!("{name}, {}", method.name()), why, two_rooms(thick, 1.0))
                 .method(method)
                 .photons(100_000)
-                .expects(Reading::Mean("bright side"), closed_room(1e6, 0.5, CUBE), 2e-3)
-                .expects(Reading::Mean("dark side"), closed_room(1.0, 0.5, CUBE), 2e-3)
+                .expects(Measurand::Mean("bright side"), closed_room(1e6, 0.5, CUBE), 2e-3)
+                .expects(Measurand::Mean("dark side"), closed_room(1.0, 0.5, CUBE), 2e-3)
                 .useful(if method == Gather { 0.05 } else { 0.25 })
                 // The dim lamp gets a twentieth of the photons.
                 .within(4.0 * closed_room_noise(0.5, 5e3) + 5e-3)
@@ -74,8 +75,8 @@ fn walls() -> Vec<Case> {
             cases.push(if method == Gather { case.quick() } else { case });
         }
         let case = Case::new(WALLS, format!("{name}, no light behind"), "what is dark is dark", two_rooms(thick, 0.0));
-        let case = case.photons(100_000).expects_none(Reading::Mean("dark side"));
-        cases.push(case.expects(Reading::Mean("bright side"), closed_room(1e6, 0.5, CUBE), 2e-3).closed().quick());
+        let case = case.photons(100_000).expects_none(Measurand::Mean("dark side"));
+        cases.push(case.expects(Measurand::Mean("bright side"), closed_room(1e6, 0.5, CUBE), 2e-3).closed().quick());
     }
     cases
 }
@@ -132,22 +133,23 @@ fn meshes() -> Vec<Case> {
             let exact = closed_room(FLUX, 0.8, CUBE);
             let of = |method, name: String| {
                 let case = Case::new(MESHES, name, why, scene.clone()).method(method).photons(100_000);
-                let case = case.expects(Reading::Mean("floor"), exact, 2e-3).useful(0.2);
+                let case = case.expects(Measurand::Mean("floor"), exact, 2e-3).useful(0.2);
                 case.within(4.0 * closed_room_noise(0.8, 1e5) + 5e-3).closed()
             };
             [of(Gather, name.into()).quick(), of(Split, format!("{name}, split"))]
         })
         .collect();
-    // The cracks are 10 µm wide along the floor's four edges: of the light, their part of the surface gets out, at every bounce.
+    // The cracks are 10 µm wide along the floor's four edges: of the light, their part of the surface gets out, at
+    // every bounce.
     let crack = 1e-5;
     let inner = strips(&[crack, 4.0 - crack], (crack, 4.0 - crack));
     let lost = 4.0 * 4.0 * crack / (0.2 * CUBE);
     cases.push(
         Case::new(MESHES, "cracks of 10 µm", "a floor that doesn't reach the walls", with_floor(&inner, 0.8))
             .photons(1_000_000)
-            .expects(Reading::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3)
+            .expects(Measurand::Mean("floor"), closed_room(FLUX, 0.8, CUBE), 2e-3)
             // Of a million photons, 8.3 ± 2.9 get out.
-            .expects(Reading::Escaped, lost, 4.0 / (lost * 1e6).sqrt()),
+            .expects(Measurand::Escaped, lost, 4.0 / (lost * 1e6).sqrt()),
     );
     let mut bad = cube(0.8, 1.0, [0.0; 3], 4);
     bad.obj += "v nan 0 0\nf 1 2 9\n";

@@ -8,7 +8,7 @@ use crate::study::check::forms::{closed_room, closed_room_noise, parallel_panel,
 use crate::study::check::scenes::{
     another_room, diffuse, floor, panel, plane, point_lamp, polygon, room, sensor, six_planes, solid,
 };
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const LUMINAIRES: &str = "luminaires";
 pub(super) const GRAZING: &str = "grazing light";
@@ -41,8 +41,8 @@ fn in_ceiling() -> Vec<Case> {
         let name = format!("coplanar with the ceiling, {}", method.name());
         let why = "which of the two a ray meets would be arbitrary";
         let case = Case::new(LUMINAIRES, name, why, black_room(&ceiling(DOWN), &(meter.clone() + &cell)));
-        let case = case.method(method).photons(1_000_000).expects(Reading::Sensor("meter"), exact, 2e-4).useful(0.2);
-        cases.push(case.expects(Reading::Mean("cell"), exact, 2e-3).closed().quick());
+        let case = case.method(method).photons(1_000_000).expects(Measurand::Sensor("meter"), exact, 2e-4).useful(0.2);
+        cases.push(case.expects(Measurand::Mean("cell"), exact, 2e-3).closed().quick());
     }
     let grey = SceneText {
         toml: [
@@ -57,12 +57,12 @@ fn in_ceiling() -> Vec<Case> {
     cases.push(
         Case::new(LUMINAIRES, "coplanar, ρ = 0.8", "the mean of all six faces is Φ/((1 − ρ)S)", grey)
             .photons(100_000)
-            .expects(Reading::AllPlanes, closed_room(FLUX, 0.8, 96.0), 2e-3)
+            .expects(Measurand::AllPlanes, closed_room(FLUX, 0.8, 96.0), 2e-3)
             .closed(),
     );
     let why = "a panel that shines into the ceiling it lies on";
     let case = Case::new(LUMINAIRES, "face to face with the ceiling", why, black_room(&ceiling(UP), &meter));
-    cases.push(case.expects_none(Reading::Sensor("meter")).photons(10_000).quick());
+    cases.push(case.expects_none(Measurand::Sensor("meter")).photons(10_000).quick());
     cases
 }
 
@@ -76,7 +76,7 @@ fn in_the_way() -> Vec<Case> {
         let name = format!("inside of a solid, {}", method.name());
         let case =
             Case::new(LUMINAIRES, name, "its light stays in there", walled.clone()).method(method).photons(50_000);
-        cases.push(case.expects_none(Reading::Mean("floor")).closed().warned("no light can arrive").quick());
+        cases.push(case.expects_none(Measurand::Mean("floor")).closed().warned("no light can arrive").quick());
     }
     // On the wall x = 0; the meter on the floor sees all of it.
     let wall = [0.0, 2.0, 1.5];
@@ -92,8 +92,8 @@ fn in_the_way() -> Vec<Case> {
         cases.push(
             case.method(method)
                 .photons(1_000_000)
-                .expects(Reading::Sensor("meter"), exact(1.5), 1e-4)
-                .expects(Reading::Mean("air"), exact(1.0), 1e-3)
+                .expects(Measurand::Sensor("meter"), exact(1.5), 1e-4)
+                .expects(Measurand::Mean("air"), exact(1.0), 1e-3)
                 .useful(0.2)
                 .quick(),
         );
@@ -102,7 +102,7 @@ fn in_the_way() -> Vec<Case> {
     let standing = panel("panel", [0.0, 2.0, 0.5], [1.0, 0.0, 0.0], [1.0; 2], FLUX);
     let meter = sensor("meter", [3.0, 2.0, 0.5], [-1.0, 0.0, 0.0]);
     let case = Case::new(LUMINAIRES, "touching wall and floor", "ties on two sides", black_room(&standing, &meter));
-    cases.push(case.expects(Reading::Sensor("meter"), parallel_panel(FLUX, [1.0; 2], [0.0; 2], 3.0), 2e-4).quick());
+    cases.push(case.expects(Measurand::Sensor("meter"), parallel_panel(FLUX, [1.0; 2], [0.0; 2], 3.0), 2e-4).quick());
     cases
 }
 
@@ -122,7 +122,7 @@ fn strange() -> Vec<Case> {
             .refused("above 0")
             .quick(),
         Case::new(LUMINAIRES, "a disc of 1 µm", "as bright as a point", disc("disc = 1e-6"))
-            .expects(Reading::Sensor("meter"), 1000.0 / (4.0 * PI), 1e-4)
+            .expects(Measurand::Sensor("meter"), 1000.0 / (4.0 * PI), 1e-4)
             .quick(),
     ];
     let glow = SceneText {
@@ -144,14 +144,14 @@ fn strange() -> Vec<Case> {
         let case = Case::new(LUMINAIRES, name, "light arrives at its back only", behind.clone()).method(method);
         cases.push(
             case.photons(10_000)
-                .expects(Reading::Worst("plane"), 0.0, 0.0)
+                .expects(Measurand::Worst("plane"), 0.0, 0.0)
                 .excused(if method == Gather { "no light can arrive" } else { "no photon" })
                 .quick(),
         );
     }
     let near = |height: f64| open(point_lamp("lamp", [0.0, 0.0, height], FLUX) + &meter([0.0; 3]));
     let case = Case::new(LUMINAIRES, "1 µm above a meter", "8·10¹⁴ lx", near(1e-6));
-    cases.push(case.expects(Reading::Sensor("meter"), point_source(FLUX, 1e-6, 1.0), 1e-4).quick());
+    cases.push(case.expects(Measurand::Sensor("meter"), point_source(FLUX, 1e-6, 1.0), 1e-4).quick());
     let case = Case::new(LUMINAIRES, "a point where a meter is", "illuminance without bound", near(0.0));
     cases.push(case.warned("no bound").quick());
     let in_plane = open(
@@ -184,8 +184,8 @@ fn bright_and_dim() -> Vec<Case> {
         let case = case
             .photons(100_000)
             .rays(if method == Path { 64 } else { 8 })
-            .expects(Reading::Mean("first"), closed_room(1e9, 0.5, 96.0), 2e-3)
-            .expects(Reading::Mean("second"), closed_room(1.0, 0.5, 96.0), 2e-3)
+            .expects(Measurand::Mean("first"), closed_room(1e9, 0.5, 96.0), 2e-3)
+            .expects(Measurand::Mean("second"), closed_room(1.0, 0.5, 96.0), 2e-3)
             .useful(if method == Gather { 0.05 } else { 0.25 })
             .within(if method == Path { 0.1 } else { 4.0 * closed_room_noise(0.5, 5e3) + 5e-3 })
             .closed();
@@ -201,7 +201,7 @@ fn grazing() -> Vec<Case> {
         let exact = point_source(FLUX, 1.0_f64.hypot(height), height / 1.0_f64.hypot(height));
         let lamp = point_lamp("lamp", [1.0, 0.0, height], FLUX);
         let case = Case::new(GRAZING, format!("{height:e} rad, in the air"), "E = I h/d³", open(lamp.clone() + &meter));
-        cases.push(case.expects(Reading::Sensor("meter"), exact, 1e-4).quick());
+        cases.push(case.expects(Measurand::Sensor("meter"), exact, 1e-4).quick());
         let on_floor = SceneText {
             toml: [diffuse("floor", 0.5), lamp, meter.clone()].concat(),
             obj: polygon("floor", &[[-4.0, -4.0, 0.0], [4.0, -4.0, 0.0], [4.0, 4.0, 0.0], [-4.0, 4.0, 0.0]]),
@@ -209,11 +209,11 @@ fn grazing() -> Vec<Case> {
         };
         let case =
             Case::new(GRAZING, format!("{height:e} rad, on a floor"), "a micrometre of height matters", on_floor);
-        cases.push(case.expects(Reading::Sensor("meter"), exact, 1e-4).photons(10_000).quick());
+        cases.push(case.expects(Measurand::Sensor("meter"), exact, 1e-4).photons(10_000).quick());
     }
     let level = open(point_lamp("lamp", [1.0, 0.0, 0.0], FLUX) + &meter);
     let case = Case::new(GRAZING, "level", "none arrives", level);
-    cases.push(case.expects(Reading::Sensor("meter"), 0.0, 0.0).quick());
+    cases.push(case.expects(Measurand::Sensor("meter"), 0.0, 0.0).quick());
     cases
 }
 

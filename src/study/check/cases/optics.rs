@@ -6,7 +6,7 @@ use crate::render::plan::Method::{Gather, Path, Photons, Split};
 use crate::study::check::cases::{CUBE, FLUX};
 use crate::study::check::forms::{closed_room, trapped_in_cube};
 use crate::study::check::scenes::{diffuse, floor, plane, point_lamp, polygon, room, sensor, six_planes, solid};
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const GLASS: &str = "glass and caustics";
 pub(super) const COLOURS: &str = "colours and mirrors";
@@ -61,7 +61,7 @@ fn glasses() -> Vec<Case> {
     for method in [Gather, Photons] {
         let name = format!("absorption 0, {}", method.name());
         let case = Case::new(GLASS, name, why, black_cube(&glass("glass", 1.5, 0.0), &sheet)).method(method);
-        let case = case.photons(200_000).expects(Reading::AllPlanes, closed_room(FLUX, 0.0, CUBE), 5e-3);
+        let case = case.photons(200_000).expects(Measurand::AllPlanes, closed_room(FLUX, 0.0, CUBE), 5e-3);
         cases.push(case.useful(0.3).within(0.02).closed().quick());
     }
     let block = solid([-0.5; 3], [0.5; 3], "glass");
@@ -73,8 +73,8 @@ fn glasses() -> Vec<Case> {
         let spread = ((1.0 - trapped) / trapped / 10_000.0).sqrt();
         let case = case
             .photons(10_000)
-            .expects(Reading::AllPlanes, (1.0 - trapped) * closed_room(FLUX, 0.0, CUBE), 5e-3)
-            .expects(Reading::CutOff, trapped, 4.0 * spread)
+            .expects(Measurand::AllPlanes, (1.0 - trapped) * closed_room(FLUX, 0.0, CUBE), 5e-3)
+            .expects(Measurand::CutOff, trapped, 4.0 * spread)
             .warned("trapped")
             .useful(0.3)
             .within(0.03)
@@ -83,14 +83,14 @@ fn glasses() -> Vec<Case> {
     }
     let why = "glass in glass of the same kind: nothing is to be seen of it";
     let case = Case::new(GLASS, "nested, the same glass", why, slabs(0.0, Some(0.0))).method(Split).photons(1_000_000);
-    cases.push(case.expects_as(Reading::Mean("below"), slabs(0.0, None), 1.0, 0.0).useful(0.2).within(0.07));
+    cases.push(case.expects_as(Measurand::Mean("below"), slabs(0.0, None), 1.0, 0.0).useful(0.2).within(0.07));
     // 0.6 m of the outer and 0.4 m of the inner glass, at nearly normal incidence: ways are up to 1.1 % longer.
     let why = "e^(−0.6 a − 0.4 b): leaving the inner glass leads back into the outer";
     for (outer, inner) in [(1.0, 3.0), (2.0, 0.0), (0.0, 3.0)] {
         let name = format!("nested, {outer}/m around {inner}/m");
         let passed = (-0.6_f64 * outer - 0.4 * inner).exp();
         let case = Case::new(GLASS, name, why, slabs(outer, Some(inner))).method(Split).photons(1_000_000);
-        let case = case.expects_as(Reading::Mean("below"), slabs(0.0, None), passed, 0.0);
+        let case = case.expects_as(Measurand::Mean("below"), slabs(0.0, None), passed, 0.0);
         // Of a million photons some 1300 get there.
         cases.push(case.useful(0.3).within(0.12));
     }
@@ -105,7 +105,7 @@ fn glasses() -> Vec<Case> {
     let exact = FLUX / (4.0 * PI) / 4.0 * (-1.0_f64).exp();
     let case = Case::new(GLASS, "a lamp in tinted glass", "its light begins inside: e^(−1) of it gets out", tinted);
     cases.push(
-        case.method(Split).photons(1_000_000).expects(Reading::Mean("above"), exact, 5e-3).useful(0.2).within(0.25),
+        case.method(Split).photons(1_000_000).expects(Measurand::Mean("above"), exact, 5e-3).useful(0.2).within(0.25),
     );
     let focus = SceneText {
         toml: "[material.mirror]\nspecular = 1.0\n".to_owned()
@@ -118,7 +118,7 @@ fn glasses() -> Vec<Case> {
         let name = format!("focus of a concave mirror, {}", method.name());
         let why = "all of the light leaves by the bowl's mouth, much of it through one spot";
         let case = Case::new(GLASS, name, why, focus.clone()).method(method).photons(500_000);
-        cases.push(case.expects(Reading::Flux("mouth"), FLUX, 0.01).useful(0.3).within(0.02));
+        cases.push(case.expects(Measurand::Flux("mouth"), FLUX, 0.01).useful(0.3).within(0.02));
     }
     cases
 }
@@ -143,16 +143,18 @@ fn colours() -> Vec<Case> {
         let case = of("walls without blue", "no blue bounces", rho);
         let case = (0..3)
             .zip([0.8, 0.5, 0.0])
-            .fold(case, |case, (channel, rho)| case.expects(Reading::Channel("floor", channel), at(rho), 0.01));
+            .fold(case, |case, (channel, rho)| case.expects(Measurand::Channel("floor", channel), at(rho), 0.01));
         cases.push(case.closed().quick());
         // Red of luminance 1: 1/0.2126 in its channel.
         let case = of("a red lamp", "two channels of nothing", coloured("0.8", "[1, 0, 0]"));
-        let case = case.expects(Reading::Channel("floor", 0), at(0.8) / 0.2126, 0.01);
-        let case = case.expects(Reading::Channel("floor", 1), 0.0, 0.0).expects(Reading::Channel("floor", 2), 0.0, 0.0);
+        let case = case.expects(Measurand::Channel("floor", 0), at(0.8) / 0.2126, 0.01);
+        let case =
+            case.expects(Measurand::Channel("floor", 1), 0.0, 0.0).expects(Measurand::Channel("floor", 2), 0.0, 0.0);
         cases.push(case.closed().quick());
         let case = of("a red lamp, walls without red", "0/0 in each survival", coloured("[0, 0.8, 0.8]", "[1, 0, 0]"));
-        let case = case.expects(Reading::Channel("floor", 0), at(0.0) / 0.2126, 0.01);
-        let case = case.expects(Reading::Channel("floor", 1), 0.0, 0.0).expects(Reading::Channel("floor", 2), 0.0, 0.0);
+        let case = case.expects(Measurand::Channel("floor", 0), at(0.0) / 0.2126, 0.01);
+        let case =
+            case.expects(Measurand::Channel("floor", 1), 0.0, 0.0).expects(Measurand::Channel("floor", 2), 0.0, 0.0);
         cases.push(case.closed().quick());
     }
     cases
@@ -171,11 +173,12 @@ fn mirrors() -> Vec<Case> {
         let name = format!("a room of mirrors, {}", method.name());
         let case =
             Case::new(COLOURS, name, "1000 bounces from mirror to mirror, ρ = 0.999", all.clone()).method(method);
-        let case = case.photons(4000).expects(Reading::AllPlanes, closed_room(FLUX, 0.999, CUBE), 0.01);
+        let case = case.photons(4000).expects(Measurand::AllPlanes, closed_room(FLUX, 0.999, CUBE), 0.01);
         cases.push(case.useful(0.3).within(0.07).closed());
     }
-    // Images at 0.5, 1.5, 2.5 … m: E = I Σ 1/(n + ½)² = I π²/2 below the lamp; the most upright of a million photons bounce
-    // thousands of times. The cells are so small (0.05 m) that they read 0.5 % less than the point below the lamp.
+    // Images at 0.5, 1.5, 2.5 … m: E = I Σ 1/(n + ½)² = I π²/2 below the lamp; the most upright of a million photons
+    // bounce thousands of times. The cells are so small (0.05 m) that they read 0.5 % less than the point below the
+    // lamp.
     let sheet = |z: f64| polygon("mirror", &[[-2.0, -2.0, z], [2.0, -2.0, z], [2.0, 2.0, z], [-2.0, 2.0, z]]);
     let facing = SceneText {
         toml: "[material.mirror]\nspecular = 1.0\n".to_owned()
@@ -189,8 +192,8 @@ fn mirrors() -> Vec<Case> {
         let name = format!("perfect mirrors face to face, {}", method.name());
         let case = Case::new(COLOURS, name, "a lamp between: endless images", facing.clone()).method(method);
         let exact = FLUX / (4.0 * PI) * PI * PI / 2.0;
-        let case = case.photons(1_000_000).expects(Reading::Sensor("meter"), exact, 0.01);
-        cases.push(case.expects(Reading::Mean("below"), exact, 0.01).useful(0.2));
+        let case = case.photons(1_000_000).expects(Measurand::Sensor("meter"), exact, 0.01);
+        cases.push(case.expects(Measurand::Mean("below"), exact, 0.01).useful(0.2));
     }
     cases
 }

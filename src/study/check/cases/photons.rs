@@ -11,7 +11,7 @@ use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper, Photon
 use crate::render::plan::Method::{Gather, Photons, Seed, Split};
 use crate::study::check::cases::{CUBE, FLUX, cube};
 use crate::study::check::forms::closed_room;
-use crate::study::check::{Case, Reading, Row, Verdict};
+use crate::study::check::{Case, CaseResult, CaseVerdict, Measurand};
 
 pub(super) const PHOTONS: &str = "photons";
 
@@ -27,7 +27,7 @@ pub(super) fn cases() -> Vec<Case> {
                 // Nothing can be known of the light: only that what is found is a number, and that the run says so.
                 case.photons(photons)
                     .nearest(k)
-                    .expects(Reading::Mean("floor"), exact, f64::INFINITY)
+                    .expects(Measurand::Mean("floor"), exact, f64::INFINITY)
                     .warned("can't be trusted")
                     .closed()
                     .quick(),
@@ -45,10 +45,10 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// 200 photons at one point, asked for there with k = 100: no disc is smaller than the floor r = 1 mm of the search, so the
-/// paper's estimate is k φ/(π r²) (all of them, where a tree counts those that lie as near as the k-th), and the local-linear
-/// one, whose kernel has its peak there, at most twice the flux of all over that disc.
-fn coincident<T: NearestPhotons>(_: &Folder) -> Result<Row, Error> {
+/// 200 photons at one point, asked for there with k = 100: no disc is smaller than the floor r = 1 mm of the search, so
+/// the paper's estimate is k φ/(π r²) (all of them, where a tree counts those that lie as near as the k-th), and the
+/// local-linear one, whose kernel has its peak there, at most twice the flux of all over that disc.
+fn coincident<T: NearestPhotons>(_: &Folder) -> Result<CaseResult, Error> {
     let (count, k, floor, flux) = (200, 100, 1e-3_f32, 0.5_f32);
     let map: PhotonMap<T, 1> = PhotonMap::build(vec![[0.25, -0.5, 0.0]; count], vec![Flux([flux]); count]);
     let search = Search { nearest: k, radius: 0.5, floor };
@@ -69,7 +69,7 @@ fn coincident<T: NearestPhotons>(_: &Folder) -> Result<Row, Error> {
     } else {
         None
     };
-    Ok(Row {
+    Ok(CaseResult {
         group: PHOTONS,
         name: String::new(),
         why: "",
@@ -84,6 +84,6 @@ fn coincident<T: NearestPhotons>(_: &Folder) -> Result<Row, Error> {
         cut_off: None,
         seconds: 0.0,
         warnings: Vec::new(),
-        verdict: fault.map_or(Verdict::Inside, Verdict::Outside),
+        verdict: fault.map_or(CaseVerdict::Inside, CaseVerdict::Outside),
     })
 }

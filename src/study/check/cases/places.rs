@@ -7,7 +7,7 @@ use crate::study::check::cases::FLUX;
 use crate::study::check::cases::rooms::glowing;
 use crate::study::check::forms::{glowing_room, point_source};
 use crate::study::check::scenes::{diffuse, plane, point_lamp, polygon, room, sensor, solid};
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const PLACES: &str = "places";
 
@@ -33,12 +33,12 @@ fn edges() -> Vec<Case> {
         let name = format!("edges and corners, {}", method.name());
         let case = Case::new(PLACES, name, "half of what a point sees lies in its own plane", glowing(RHO, sensors));
         let case = case.method(method).photons(if method == Gather { 100_000 } else { 300_000 });
-        let case = MEETING.iter().fold(case, |case, (name, ..)| case.expects(Reading::Sensor(name), exact, 0.0));
+        let case = MEETING.iter().fold(case, |case, (name, ..)| case.expects(Measurand::Sensor(name), exact, 0.0));
         cases.push(case.useful(if method == Photons { 0.5 } else { 0.2 }).closed().quick());
         let aslant = glowing(RHO, sensor("meter", [0.0; 3], [0.6, 0.48, 0.64]));
         let name = format!("aslant in a corner, {}", method.name());
         let case = Case::new(PLACES, name, "its plane meets the room in one point: no photon crosses it", aslant);
-        let case = case.method(method).photons(100_000).expects(Reading::Sensor("meter"), exact, 0.0);
+        let case = case.method(method).photons(100_000).expects(Measurand::Sensor("meter"), exact, 0.0);
         cases.push(case.useful(0.2).closed().excused("no photon").quick());
     }
     // Cells of 0.5 m whose middles lie on walls, and in corners.
@@ -46,9 +46,10 @@ fn edges() -> Vec<Case> {
     let scene =
         glowing(RHO, on_walls.clone() + &on_walls.replace("plane\"", "floor\"").replace("1.0]\nalong", "0.0]\nalong"));
     let case = Case::new(PLACES, "cells whose middles lie on walls", "on which side are they?", scene).photons(100_000);
-    let case = case.expects(Reading::Worst("plane"), exact, 0.0).expects(Reading::Worst("floor"), exact, 0.0);
-    cases.push(case.expects(Reading::Valued("plane"), 1.0, 0.0).useful(0.2).closed().quick());
-    // A sheet through the middles of a column of cells parts two cubes that mirror each other: as at the wall of one alone.
+    let case = case.expects(Measurand::Worst("plane"), exact, 0.0).expects(Measurand::Worst("floor"), exact, 0.0);
+    cases.push(case.expects(Measurand::Valued("plane"), 1.0, 0.0).useful(0.2).closed().quick());
+    // A sheet through the middles of a column of cells parts two cubes that mirror each other: as at the wall of one
+    // alone.
     let row = plane("row", [3.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 4.0, 0.0], [1, 16], "surface");
     let lamps = [2.0, 6.0].map(|x| point_lamp(&format!("lamp {x}"), [x, 2.0, 2.0], FLUX));
     let alone = SceneText {
@@ -65,8 +66,8 @@ fn edges() -> Vec<Case> {
     for method in [Gather, Split] {
         let name = format!("a sheet through a row of cells, {}", method.name());
         let case = Case::new(PLACES, name, "the light of both its sides would be twice as much", two.clone());
-        let case = case.method(method).photons(200_000).expects(Reading::Valued("row"), 1.0, 0.0);
-        let twin = case.expects_as(Reading::Mean("row"), alone.clone(), 1.0, 0.0);
+        let case = case.method(method).photons(200_000).expects(Measurand::Valued("row"), 1.0, 0.0);
+        let twin = case.expects_as(Measurand::Mean("row"), alone.clone(), 1.0, 0.0);
         cases.push(twin.useful(0.2).within(0.1).closed().quick());
     }
     cases
@@ -80,8 +81,8 @@ fn insides() -> Vec<Case> {
         let name = format!("a plane half outside, {}", method.name());
         let case =
             Case::new(PLACES, name, "outside a closed room is no light, and no place", half.clone()).method(method);
-        let case = case.photons(200_000).expects(Reading::Valued("plane"), 0.5, 0.0);
-        cases.push(case.expects(Reading::Worst("plane"), exact, 0.0).useful(0.5).closed().quick());
+        let case = case.photons(200_000).expects(Measurand::Valued("plane"), 0.5, 0.0);
+        cases.push(case.expects(Measurand::Worst("plane"), exact, 0.0).useful(0.5).closed().quick());
     }
     let inside = sensor("inside", [3.0, 2.0, 0.4], [0.0, 0.0, 1.0])
         + &sensor("on top", [3.0, 2.0, 0.8], [0.0, 0.0, 1.0])
@@ -91,20 +92,20 @@ fn insides() -> Vec<Case> {
     solid_in.obj += &solid([2.5, 1.5, 0.1], [3.5, 2.5, 0.8], "glow");
     let case =
         Case::new(PLACES, "inside of a solid", "its inside shines too, but nothing gets in", solid_in).photons(100_000);
-    let case = case.expects_none(Reading::Sensor("inside")).expects(Reading::Sensor("on top"), exact, 0.0);
-    let case = case.expects_none(Reading::Sensor("below its top")).expects(Reading::Valued("floor"), 1.0, 0.0);
-    cases.push(case.expects(Reading::Worst("floor"), exact, 0.0).useful(0.2).closed().quick());
+    let case = case.expects_none(Measurand::Sensor("inside")).expects(Measurand::Sensor("on top"), exact, 0.0);
+    let case = case.expects_none(Measurand::Sensor("below its top")).expects(Measurand::Valued("floor"), 1.0, 0.0);
+    cases.push(case.expects(Measurand::Worst("floor"), exact, 0.0).useful(0.2).closed().quick());
     let one = glowing(RHO, plane("plane", [1.0, 1.0, 1.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [1, 1], "air"));
     for method in [Gather, Split, Photons] {
         let name = format!("one cell of 1 mm, {}", method.name());
         let case = Case::new(PLACES, name, "no neighbour helps", one.clone()).method(method).photons(200_000);
-        cases.push(case.expects(Reading::Mean("plane"), exact, 0.0).useful(0.5).closed().quick());
+        cases.push(case.expects(Measurand::Mean("plane"), exact, 0.0).useful(0.5).closed().quick());
     }
     cases
 }
 
-/// Mean E (lx) on a rectangle of half sides a, b (m) at distance h (m) from a source over its middle: I Ω/(4ab), Ω its solid
-/// angle 4 asin(ab/√((a² + h²)(b² + h²))).
+/// Mean E (lx) on a rectangle of half sides a, b (m) at distance h (m) from a source over its middle: I Ω/(4ab), Ω its
+/// solid angle 4 asin(ab/√((a² + h²)(b² + h²))).
 fn mean_below(flux: f64, [a, b]: [f64; 2], h: f64) -> f64 {
     let solid_angle = 4.0 * (a * b / (a.hypot(h) * b.hypot(h))).asin();
     flux / (4.0 * PI) * solid_angle / (4.0 * a * b)
@@ -122,7 +123,7 @@ fn many() -> Vec<Case> {
     let case = |name: &str, why, cells| {
         let case = Case::new(PLACES, name, why, of(cells));
         planes.iter().fold(case, |case, (name, depth)| {
-            case.expects(Reading::Mean(name), mean_below(FLUX, [2.0; 2], *depth), 1e-4)
+            case.expects(Measurand::Mean(name), mean_below(FLUX, [2.0; 2], *depth), 1e-4)
         })
     };
     let beside = SceneText {
@@ -147,7 +148,7 @@ fn many() -> Vec<Case> {
                 ..SceneText::default()
             },
         )
-        .expects(Reading::Sensor("meter"), point_source(FLUX, 4e4, 1.0), 1e-5)
+        .expects(Measurand::Sensor("meter"), point_source(FLUX, 4e4, 1.0), 1e-5)
         .quick(),
     ]
 }

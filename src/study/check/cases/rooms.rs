@@ -6,7 +6,7 @@ use crate::render::plan::Method::{Gather, Path, Photons, Seed, Split};
 use crate::study::check::cases::{CUBE, FLUX, cube};
 use crate::study::check::forms::{closed_room, closed_room_noise, glowing_room};
 use crate::study::check::scenes::{floor, plane, room, sensor};
-use crate::study::check::{Case, Reading, SceneText};
+use crate::study::check::{Case, Measurand, SceneText};
 
 pub(super) const ROOMS: &str = "high reflectance";
 
@@ -31,8 +31,8 @@ fn glowing_places(rho: f64) -> SceneText {
 
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    // Photons for about as many rays each, and the rounding of one's share: the flux of all photons together is known to 1/√N,
-    // since a photon's landings come to 1/(1 − ρ) with a spread of as much.
+    // Photons for about as many rays each, and the rounding of one's share: the flux of all photons together is known
+    // to 1/√N, since a photon's landings come to 1/(1 − ρ) with a spread of as much.
     for (rho, photons) in [(0.9, 100_000), (0.95, 100_000), (0.99, 40_000), (0.999, 10_000), (0.9999, 4000)] {
         let exact = closed_room(FLUX, rho, CUBE);
         let why = "E = Φ/((1 − ρ)S), the mean of a cube's face";
@@ -44,7 +44,7 @@ pub(super) fn cases() -> Vec<Case> {
                 Case::new(ROOMS, format!("cube, ρ = {rho}, {}", method.name()), why, cube(rho, 1.0, [0.0; 3], 16))
                     .method(method)
                     .photons(photons)
-                    .expects(Reading::Mean("floor"), exact, 2e-3)
+                    .expects(Measurand::Mean("floor"), exact, 2e-3)
                     .useful(if method == Gather { 0.05 } else { 0.2 })
                     .within(4.0 * closed_room_noise(rho, photons as f64) + 5e-3)
                     .closed();
@@ -54,11 +54,11 @@ pub(super) fn cases() -> Vec<Case> {
         let case =
             Case::new(ROOMS, format!("glowing room, ρ = {rho}"), "E = M/(1 − ρ) at every point", glowing_places(rho))
                 .photons(photons)
-                .expects(Reading::Mean("floor"), exact, 0.0)
-                .expects(Reading::Worst("floor"), exact, 0.0)
-                .expects(Reading::Mean("air"), exact, 0.0)
-                .expects(Reading::Worst("air"), exact, 0.0)
-                .expects(Reading::Sensor("corner"), exact, 0.0)
+                .expects(Measurand::Mean("floor"), exact, 0.0)
+                .expects(Measurand::Worst("floor"), exact, 0.0)
+                .expects(Measurand::Mean("air"), exact, 0.0)
+                .expects(Measurand::Worst("air"), exact, 0.0)
+                .expects(Measurand::Sensor("corner"), exact, 0.0)
                 .useful(0.1)
                 .closed();
         cases.push(if rho < 0.92 { case.quick() } else { case });
@@ -66,7 +66,7 @@ pub(super) fn cases() -> Vec<Case> {
     for (rho, rays) in [(0.9, 8), (0.99, 8), (0.999, 2)] {
         let scene = glowing(rho, sensor("middle", [3.0, 2.0, 0.0], [0.0, 0.0, 1.0]));
         let case = Case::new(ROOMS, format!("glowing room, ρ = {rho}, path"), "paths end by roulette only", scene);
-        let case = case.method(Path).rays(rays).expects(Reading::Sensor("middle"), glowing_room(EXITANCE, rho), 0.0);
+        let case = case.method(Path).rays(rays).expects(Measurand::Sensor("middle"), glowing_room(EXITANCE, rho), 0.0);
         cases.push(case.useful(0.1));
     }
     let scene = glowing(0.9, plane("middle", [2.0, 1.5, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [20, 10], "surface"));
@@ -80,7 +80,7 @@ pub(super) fn cases() -> Vec<Case> {
         .method(Seed)
         .photons(200_000)
         .nearest(200)
-        .expects(Reading::Mean("middle"), glowing_room(EXITANCE, 0.9) * 200.0 / 199.0, 0.0)
+        .expects(Measurand::Mean("middle"), glowing_room(EXITANCE, 0.9) * 200.0 / 199.0, 0.0)
         .useful(0.1)
         .closed(),
     );
@@ -98,7 +98,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases.push(
         Case::new(ROOMS, "cube, ρ = 1, without a ceiling", "nothing is absorbed, all light gets out", open)
             .photons(20_000)
-            .expects(Reading::Escaped, 1.0, 1e-6)
+            .expects(Measurand::Escaped, 1.0, 1e-6)
             .quick(),
     );
     cases
