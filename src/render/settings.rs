@@ -13,9 +13,8 @@ use crate::scene::Scene;
 pub struct Settings {
     /// Photons a pass.
     pub photons: u64,
-    /// Rays from each grid point a pass (`gather` and `path`); a sensor, which has no neighbours to help it, sends
-    /// [`SENSOR_RAYS`] times as many, a sample of a surface [`SAMPLE_RAYS`] times, a pixel of a camera [`PIXEL_RAYS`]
-    /// times.
+    /// Rays from each grid point a pass (`gather` and `path`); a sensor or a sample of a surface, which has no
+    /// neighbours to help it, sends [`SENSOR_RAYS`] times as many, a pixel of a camera [`PIXEL_RAYS`] times.
     pub rays: u32,
     /// Whether neighbouring grid points help each other to what rays found; if not, `path` has no bias at all.
     pub smooth: bool,
