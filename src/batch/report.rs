@@ -333,8 +333,8 @@ fn runs(rows: &[RunRow]) -> Markup {
     let content = html! {
         (table(head, rows.iter().map(run)))
         p {
-            "σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts from when \
-             it was resumed. " code { "summary.csv" } " has every place."
+            "σ is the claimed standard error of a point, in per cent of the mean. The time of a resumed run counts \
+             from when it was resumed. " code { "summary.csv" } " has every place."
         }
     };
     section("Runs", content)

@@ -215,10 +215,10 @@ pub fn page(simulation: &Simulation<'_>) -> String {
     let phases = html! {
         (html_table(heads, rows))
         p {
-            "Power and worst misses are of the last third of each phase. Targets count as met from when on every sensor \
-             stays within " (short(script.band)) " lx of its target for " (HOLD.to_string()) " s. The optimum is what least \
-             power could be with all that is true at the time known: the controller sees readings, targets and power \
-             alone. Power is not compared where targets are missed. " (left_out(influence))
+            "Power and worst misses are of the last third of each phase. Targets count as met from when on every \
+             sensor stays within " (short(script.band)) " lx of its target for " (HOLD.to_string()) " s. The optimum \
+             is what least power could be with all that is true at the time known: the controller sees readings, \
+             targets and power alone. Power is not compared where targets are missed. " (left_out(influence))
         }
     };
     let course = html! {

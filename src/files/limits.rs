@@ -27,7 +27,7 @@
 //! for what the files name in turn: MTL files and textures. A file of tilt factors lies in its photometric file's own
 //! folder.
 //!
-//! [`Scene::load_with`]: super::Scene::load_with
+//! [`Scene::load_with`]: crate::scene::Scene::load_with
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};

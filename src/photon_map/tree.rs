@@ -32,7 +32,7 @@ impl Tree {
     }
 }
 
-/// A photon map in the tree that was chosen while the program ran; [`with_tree`] asks it.
+/// A photon map in the tree that was chosen while the program ran; `with_tree` asks it.
 pub enum ChosenMap<const C: usize> {
     /// In luxmap's own kd-tree.
     Kd(PhotonMap<KdTree, C>),

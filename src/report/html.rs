@@ -1,6 +1,6 @@
 //! The report for a person: one HTML file that needs nothing else, pictures included; dark and light, wide and narrow.
 //!
-//! Pages are written with `maud`: text and numbers are escaped wherever they stand; only [`own`] leaves HTML as it is.
+//! Pages are written with `maud`: text and numbers are escaped wherever they stand; only `own` leaves HTML as it is.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -266,8 +266,8 @@ fn without_value(results: &Results) -> Markup {
     let content = html! {
         (list(&lines))
         p {
-            "Covered: something opaque lies on the place, nearer than a hundredth of the spacing. Shut off by a closed body: \
-             the place is inside one, or all luminaires are. None of them counts in any figure."
+            "Covered: something opaque lies on the place, nearer than a hundredth of the spacing. Shut off by a closed \
+             body: the place is inside one, or all luminaires are. None of them counts in any figure."
         }
     };
     section("Without a value", content)
@@ -364,9 +364,9 @@ fn computation(run: &Run) -> Markup {
 fn explanation(method: &str) -> &'static str {
     match method {
         "split" => {
-            "Direct light is sampled by shadow rays to the luminaires; light that has bounced, or passed a mirror or glass, \
-             comes from photon maps. Standard errors are statistical (1 σ), from the spread between independent passes; \
-             they don’t include the bias of density estimation."
+            "Direct light is sampled by shadow rays to the luminaires; light that has bounced, or passed a mirror or \
+             glass, comes from photon maps. Standard errors are statistical (1 σ), from the spread between independent \
+             passes; they don’t include the bias of density estimation."
         }
         "photons" => {
             "All light comes from photon maps, with corrections for edges, the side of a surface and the k-th photon. \
@@ -374,8 +374,8 @@ fn explanation(method: &str) -> &'static str {
              bias of density estimation."
         }
         "seed" => {
-            "All light comes from photons: E = Σφ / (πr²) over the k nearest. Readings are low near walls and edges, and \
-             about k / (k − 1) high elsewhere; standard errors are statistical (1 σ) and don’t include that."
+            "All light comes from photons: E = Σφ / (πr²) over the k nearest. Readings are low near walls and edges, \
+             and about k / (k − 1) high elsewhere; standard errors are statistical (1 σ) and don’t include that."
         }
         "path" => {
             "Light is followed backwards from the measuring points, without bias; standard errors are statistical (1 σ)."

@@ -336,7 +336,7 @@ impl Chart {
         let (right, foot) = (left + width, self.height - 8.0);
         // An inner picture with the same coordinates cuts what lies under the curves.
         html! {
-            svg viewBox={ "0 0 " (WIDTH.to_string()) " " (self.height.to_string()) } role="img" aria-label=(description) {
+            svg viewBox=(format!("0 0 {WIDTH} {}", self.height)) role="img" aria-label=(description) {
                 "\n" (self.grid())
                 (label(Some("axis"), [4.0, 16.0], None, &self.y.title)) "\n"
                 (label(Some("axis"), [right, foot], Some("end"), &self.x.title)) "\n"
@@ -419,7 +419,9 @@ pub(crate) fn shares(names: &[&str], bars: &[Bar], description: &str) -> Markup 
                 let name = names[part];
                 let hint = format!("{name} {:.0} %", 100.0 * bar.parts[part] / whole);
                 elements.add(&html! {
-                    rect class={ "s" (part) } x=(tenth(x)) y=(tenth(y)) width=(tenth(length)) height="18" { title { (hint) } }
+                    rect class={ "s" (part) } x=(tenth(x)) y=(tenth(y)) width=(tenth(length)) height="18" {
+                        title { (hint) }
+                    }
                 });
                 if length > 14.0 + 6.2 * name.chars().count() as f64 {
                     elements.add(&label(Some("part"), [x + length / 2.0, baseline], Some("middle"), name));

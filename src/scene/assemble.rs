@@ -28,7 +28,7 @@ impl Scene {
     /// bounding box. Any mistake is refused in one line that says where it is, what is found there and what was
     /// expected.
     ///
-    /// The files it names lie in its own folder or below; see [`limits`](super::limits).
+    /// The files it names lie in its own folder or below; see [`limits`](crate::files::limits).
     pub fn load(path: &Path) -> Result<Self, Error> {
         Self::load_with(path, &[], &Dimming::AsWritten)
     }

@@ -44,8 +44,8 @@ fn figure(drawing: &Markup) -> Markup {
 }
 
 /// What the drawing doesn't say.
-const ORIENTATION: &str = "<p>With <code>rotation = 0</code> and without <code>aim</code> a luminaire looks down, with C0 towards +x \
-    and C90 towards +y. <code>aim</code> tilts it the shortest way from there. Positive <code>rotation</code> turns it from C0 towards \
-    C90: counter-clockwise for whoever stands behind it and looks where it looks, so counter-clockwise on a plan where it looks \
-    down. LM-63’s <i>length</i> lies along C0 and its <i>width</i> along C90; EULUMDAT’s <i>length</i> lies along C90 and its \
-    <i>width</i> along C0.</p>\n";
+const ORIENTATION: &str = "<p>With <code>rotation = 0</code> and without <code>aim</code> a luminaire looks down, with \
+    C0 towards +x and C90 towards +y. <code>aim</code> tilts it the shortest way from there. Positive \
+    <code>rotation</code> turns it from C0 towards C90: counter-clockwise for whoever stands behind it and looks where \
+    it looks, so counter-clockwise on a plan where it looks down. LM-63’s <i>length</i> lies along C0 and its \
+    <i>width</i> along C90; EULUMDAT’s <i>length</i> lies along C90 and its <i>width</i> along C0.</p>\n";

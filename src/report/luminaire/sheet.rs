@@ -332,8 +332,8 @@ impl Sheet {
                 h1 { "Luminaires" }
                 p {
                     (self.in_short()) ". Diagrams: " span class="key first" { "C0/C180" } ", "
-                    span class="key second" { "C90/C270" } ", each to its own largest intensity; the outer circle is that, \
-                    the inner one half of it. C0 and C90 are to the right, the nadir is below. "
+                    span class="key second" { "C90/C270" } ", each to its own largest intensity; the outer circle is \
+                    that, the inner one half of it. C0 and C90 are to the right, the nadir is below. "
                     a href=(CSV) { (CSV) } " has all figures."
                 }
             }

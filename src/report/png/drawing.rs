@@ -176,7 +176,8 @@ impl Drawing {
         let in_file = place == Medium::File;
         html! {
             svg xmlns=[in_file.then_some("http://www.w3.org/2000/svg")] class=[(!in_file).then_some("drawing")]
-                viewBox={ "0 0 " (width) " " (height) } width=[in_file.then_some(&width)] height=[in_file.then_some(&height)]
+                viewBox={ "0 0 " (width) " " (height) }
+                width=[in_file.then_some(&width)] height=[in_file.then_some(&height)]
                 font-family=[in_file.then_some("system-ui, 'Segoe UI', Roboto, Arial, sans-serif")]
                 role="img" aria-label=(self.description) {
                 "\n" title { (self.description) } "\n"

@@ -97,15 +97,15 @@ fn explanation(study: &Study) -> Markup {
     let times = if study.repeats == 1 { "once".to_owned() } else { format!("{} times", study.repeats) };
     let content = html! {
         p {
-            "All errors are in % of the reference’s mean, over the cells that have a value in both. RMSE is the root mean \
-             square difference of a cell, with the reference’s own noise subtracted in quadrature; hollow marks, and figures \
-             with “<”, are runs whose error is below half of that noise, too small for this reference to tell. A run claims \
-             the quadratic mean of its cells’ σ. Within 1 σ and 2 σ, of run and reference together, an honest normal error \
-             has 68.3 % and 95.4 % of the cells."
+            "All errors are in % of the reference’s mean, over the cells that have a value in both. RMSE is the root \
+             mean square difference of a cell, with the reference’s own noise subtracted in quadrature; hollow marks, \
+             and figures with “<”, are runs whose error is below half of that noise, too small for this reference to \
+             tell. A run claims the quadratic mean of its cells’ σ. Within 1 σ and 2 σ, of run and reference together, \
+             an honest normal error has 68.3 % and 95.4 % of the cells."
         }
         p {
-            "Each setting ran " (times) " with seeds of its own, all settings in turns. Times are wall time of whole runs, \
-             all planes together, scene loading and written files left out; median of the seeds. "
+            "Each setting ran " (times) " with seeds of its own, all settings in turns. Times are wall time of whole \
+             runs, all planes together, scene loading and written files left out; median of the seeds. "
             code { "convergence.csv" } " has every run."
         }
     };

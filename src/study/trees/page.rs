@@ -242,8 +242,8 @@ fn figures(points: &[Doubling]) -> Markup {
     let head = ["Figure", "pixels", "photons", "k", "threads", "tree", "gather, ms", "speed-up"];
     let content = html! {
         p {
-            "Pixels, photons and k are doubled one at a time, on the scene’s photons; the search radius is a tenth of the \
-             room’s diagonal, and grows with k as the area does that holds k photons."
+            "Pixels, photons and k are doubled one at a time, on the scene’s photons; the search radius is a tenth of \
+             the room’s diagonal, and grows with k as the area does that holds k photons."
         }
         div class="charts" { @for chart in &charts { (chart) } }
         details { summary { "All figures" } (table(head, points.iter().map(figure_row))) }
@@ -252,11 +252,11 @@ fn figures(points: &[Doubling]) -> Markup {
 }
 
 const EXPLANATION: &str = "\
-<p>Trees: <b>kd</b> is luxmap’s own, <b>kiddo</b> the library’s immutable one, <b>paper</b> that of the paper luxmap follows. \
-Before anything was timed, each gave brute force’s answers at a sample of the points: the same distances, and the same sums \
-where no photons are equally far.</p>
-<p>A sum of k is (count, Σ flux, R²) of the k nearest photons within a tenth of the room’s diagonal; a visit shows each of \
-them; within r is Σ φ (1 − d²/r²). Trees take turns, all with the same points, and the median of the turns counts; where a \
-tree is slow, fewer points are asked for. Build times include the flux laid out as the tree reads it; bytes a photon don’t. \
-<code>trees.csv</code> and <code>paper.csv</code> have every figure.</p>
+<p>Trees: <b>kd</b> is luxmap’s own, <b>kiddo</b> the library’s immutable one, <b>paper</b> that of the paper luxmap \
+follows. Before anything was timed, each gave brute force’s answers at a sample of the points: the same distances, and \
+the same sums where no photons are equally far.</p>
+<p>A sum of k is (count, Σ flux, R²) of the k nearest photons within a tenth of the room’s diagonal; a visit shows \
+each of them; within r is Σ φ (1 − d²/r²). Trees take turns, all with the same points, and the median of the turns \
+counts; where a tree is slow, fewer points are asked for. Build times include the flux laid out as the tree reads it; \
+bytes a photon don’t. <code>trees.csv</code> and <code>paper.csv</code> have every figure.</p>
 ";
