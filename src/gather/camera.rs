@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::caustics::{CausticMap, Scratch};
-use super::sight::{Last, Records, Sight, cross_pane};
+use super::sight::{Last, RELUCTANCE, Records, Sight, cross_glass, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::Flux;
 use crate::photon::media::Media;
@@ -21,9 +21,6 @@ use crate::random::Stream;
 /// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.
 const DEEPEST: u32 = 1000;
-
-/// A path among mirrors goes on with this many times the chance of what it still brings.
-const RELUCTANCE: f32 = 4.0;
 
 /// Looks along the rays of a camera.
 pub struct Eye<'a, const C: usize> {
@@ -138,16 +135,9 @@ impl<const C: usize> Eye<'_, C> {
                     None => break,
                 },
                 Surface::Glass { .. } => {
-                    let front = direction.dot(hit.normal) < 0.0;
-                    let ratio = media.ratio(self.sight.surfaces(), hit.material, front);
-                    direction = match refract(direction, normal, ratio) {
-                        Some((onward, reflected)) if draw.stream.uniform() >= reflected => {
-                            media = media.beyond(hit.material, front);
-                            absorption = media.absorption(self.sight.surfaces());
-                            onward
-                        }
-                        _ => mirror(direction, normal),
-                    };
+                    let surfaces = self.sight.surfaces();
+                    direction = cross_glass(surfaces, &hit, direction, normal, &mut media, draw.stream);
+                    absorption = media.absorption(surfaces);
                     last = Last::Mirror;
                 }
                 surface => {

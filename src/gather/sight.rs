@@ -6,31 +6,30 @@
 //! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
 //! elsewhere (`direct.rs`).
 
+mod path;
+
 use std::f32::consts::PI;
 use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec3, Vec3};
 
+use self::path::Path;
+pub(super) use self::path::RELUCTANCE;
 use super::caustics::CausticMap;
 use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
-use crate::flux::{Flux, channels, photometric};
+use crate::flux::{Flux, channels};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::emit::triangle_area;
 use crate::photon::media::Media;
 use crate::photon::rough::Microsurface;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror, pane_shares, refract};
-use crate::photon::trace::BOUNCE_CAP;
+use crate::photon::surface::{Surface, mirror, pane_shares, refract};
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::scene::glazing::Curves;
-
-/// A path goes on with this many times the chance that what it still brings is worth: 1.6 to 2 times as efficient as
-/// once, in an office.
-const RELUCTANCE: f32 = 4.0;
 
 /// Ready to follow light backwards through a scene.
 pub struct Sight<'a, const C: usize> {
@@ -204,7 +203,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, None, stream, rays, &mut ())
+        Path::new(self, (origin, direction), records, stream, rays).follow(None, &mut ())
     }
 
     /// The same, and `origins` hears where it comes from.
@@ -217,7 +216,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         rays: &mut u64,
         origins: &mut impl Origins<C>,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, None, stream, rays, origins)
+        Path::new(self, (origin, direction), records, stream, rays).follow(None, origins)
     }
 
     /// The same for a surface that asks [`Sight::direct`] for the light straight from luminaires: what that leaves to rays,
@@ -231,7 +230,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, Some(near), stream, rays, &mut ())
+        Path::new(self, (origin, direction), records, stream, rays).follow(Some(near), &mut ())
     }
 
     /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see
@@ -262,176 +261,6 @@ impl<'a, const C: usize> Sight<'a, C> {
             }
             None => [0.0; C],
         }
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "one walk for every asker")]
-    #[inline]
-    fn follow(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        records: Option<Records<'_, C>>,
-        mut near: Option<&mut [f64; C]>,
-        stream: &mut Stream,
-        rays: &mut u64,
-        origins: &mut impl Origins<C>,
-    ) -> [f64; C] {
-        let (mut origin, mut direction) = (origin, direction);
-        let mut found = [0.0; C];
-        let mut weight = Flux([1.0; C]);
-        let (mut media, mut absorption, mut last) = (Media::AIR, [0.0; C], Last::Point);
-        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point, or
-        // from the last diffuse surface, is one that photons take as a caustic, where these are counted there.
-        let (mut counted, mut caustic) = (!self.caustics, false);
-        // Distance flown before panes that the ray passed since it left anything else, m.
-        let mut before_panes = 0.0;
-        let mut add = |weight: Flux<C>, lux: [f32; C]| {
-            let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
-            (0..C).for_each(|c| found[c] += part[c]);
-            part
-        };
-        for _ in 0..BOUNCE_CAP {
-            *rays += 1;
-            let Some(mut hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
-            if absorption.iter().any(|&per_metre| per_metre > 0.0) {
-                weight = weight.filtered(absorption.map(|per_metre| (-per_metre * hit.distance).exp()));
-            }
-            let front = direction.dot(hit.normal) < 0.0;
-            let facing = if front { hit.normal } else { -hit.normal };
-            hit.distance += before_panes;
-            before_panes = 0.0;
-            match &self.surfaces[hit.material as usize] {
-                Surface::Pane(curves) => match cross_pane(curves, direction, hit.normal, weight, stream) {
-                    Some((true, left)) => (weight, before_panes) = (left, hit.distance),
-                    Some((false, left)) => {
-                        (weight, direction) = (left, mirror(direction, facing));
-                        (last, caustic) = (Last::Mirror, true);
-                    }
-                    None => break,
-                },
-                Surface::Glass { .. } => {
-                    let ratio = media.ratio(&self.surfaces, hit.material, front);
-                    direction = match refract(direction, facing, ratio) {
-                        Some((onward, reflected)) if stream.uniform() >= reflected => {
-                            media = media.beyond(hit.material, front);
-                            absorption = media.absorption(&self.surfaces);
-                            onward
-                        }
-                        _ => mirror(direction, facing),
-                    };
-                    (last, caustic) = (Last::Mirror, true);
-                }
-                surface => {
-                    let Layers { diffuse, transmitted, specular, rough } = surface.layers(front);
-                    if !(caustic && counted)
-                        && let Some(glow) = self.glow(hit.triangle)
-                        && let Some(times) = self.brightness(glow, direction, front)
-                    {
-                        let exitance = glow.exitance.map(|channel| channel * times);
-                        let left = self.left_to(glow, last, direction, &hit);
-                        if left > 0.0 {
-                            origins.luminaire(glow.luminaire, add(weight.scaled(left), exitance));
-                        } else if let (Last::Point, Some(near)) = (last, near.as_mut()) {
-                            let left = self.left_to(glow, Last::Diffuse, direction, &hit);
-                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(exitance[c]));
-                        }
-                    }
-                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
-                    let passed = weight.filtered(transmitted);
-                    let (to_diffuse, to_mirror, to_other) =
-                        (diffused.brightest(), mirrored.brightest(), passed.brightest());
-                    let any = to_diffuse + to_mirror + to_other;
-                    if any <= 0.0 {
-                        break;
-                    }
-                    if to_mirror > 0.0 && stream.uniform() * any < to_mirror {
-                        weight = mirrored.scaled(any / to_mirror);
-                        caustic |= rough.is_none_or(|gloss| gloss.sharp);
-                        if let Some(Gloss { facets, .. }) = rough {
-                            if !(caustic && counted) {
-                                *rays += 1;
-                                let (lux, luminaire) =
-                                    self.glossed(facets, hit.leave(facing), -direction, facing, stream);
-                                origins.luminaire(luminaire, add(weight, lux));
-                            }
-                            let onward = facets.reflect(direction, facing, stream);
-                            last = Last::Gloss(facets.lobe(-direction, onward, facing));
-                            direction = onward;
-                        } else {
-                            direction = mirror(direction, facing);
-                            last = Last::Mirror;
-                        }
-                    } else {
-                        let scale = any / (to_diffuse + to_other);
-                        let (mut here, there) = (diffused.scaled(scale), passed.scaled(scale));
-                        if let Some(Records { grid, light, .. }) = records
-                            && let Some(patch) = grid.patch(&hit, direction, self.caster)
-                        {
-                            let behind = if to_other > 0.0 { grid.patch(&hit, -direction, self.caster) } else { None };
-                            if to_other <= 0.0 || behind.is_some() {
-                                add(here, light.illuminance(patch));
-                                origins.patch(patch, here);
-                                if let Some(behind) = behind {
-                                    add(there, light.illuminance(behind));
-                                    origins.patch(behind, there);
-                                }
-                                break;
-                            }
-                        }
-                        if to_diffuse > 0.0 {
-                            *rays += 1;
-                            let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
-                            origins.luminaire(luminaire, add(here, lux));
-                        }
-                        let known = records.and_then(|records| records.caustics);
-                        if let Some(caustics) = known {
-                            for (weight, normal) in [(here, facing), (there, -facing)] {
-                                if weight.brightest() > 0.0 {
-                                    let above = hit.leave(normal);
-                                    let meet = |luminaire, lux: [f64; C]| {
-                                        origins.luminaire(luminaire, add(weight, lux.map(|lux| lux as f32)));
-                                    };
-                                    let mut scratch = caustics.scratch();
-                                    caustics.each(
-                                        hit.position,
-                                        above,
-                                        normal,
-                                        (self.caster, stream),
-                                        &mut scratch,
-                                        meet,
-                                    );
-                                }
-                            }
-                        }
-                        let mut side = facing;
-                        if to_other > 0.0 {
-                            *rays += 1;
-                            let (lux, luminaire) = self.lamps.direct(hit.leave(-facing), -facing, stream);
-                            origins.luminaire(luminaire, add(there, lux));
-                            let chance = to_other / (to_diffuse + to_other);
-                            if stream.uniform() < chance {
-                                (here, side) = (there.scaled(1.0 / chance), -facing);
-                            } else {
-                                here = here.scaled(1.0 / (1.0 - chance));
-                            }
-                        }
-                        weight = here;
-                        direction = stream.cosine_about(side);
-                        (last, caustic, counted) = (Last::Diffuse, false, known.is_some());
-                    }
-                    let chance = (RELUCTANCE * weight.brightest()).min(1.0);
-                    if chance < 1.0 {
-                        if stream.uniform() >= chance {
-                            break;
-                        }
-                        weight = weight.scaled(1.0 / chance);
-                    }
-                }
-            }
-            origin = hit.leave(direction);
-        }
-        debug_assert!(photometric(found).is_finite());
-        found
     }
 
     /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
@@ -506,4 +335,25 @@ pub(super) fn cross_pane<const C: usize>(
     let passes = stream.uniform() * any < to_pass;
     let (left, share) = if passes { (passed, to_pass) } else { (mirrored, to_mirror) };
     Some((passes, left.scaled(any / share)))
+}
+
+/// Where a ray goes on that meets glass, refracted or mirrored by Fresnel's shares, and the glass that it is in from there on;
+/// `facing` is the unit normal against `direction`.
+#[inline]
+pub(super) fn cross_glass<const C: usize>(
+    surfaces: &[Surface<C>],
+    hit: &Hit,
+    direction: Vec3,
+    facing: Vec3,
+    media: &mut Media,
+    stream: &mut Stream,
+) -> Vec3 {
+    let front = direction.dot(hit.normal) < 0.0;
+    match refract(direction, facing, media.ratio(surfaces, hit.material, front)) {
+        Some((onward, reflected)) if stream.uniform() >= reflected => {
+            *media = media.beyond(hit.material, front);
+            onward
+        }
+        _ => mirror(direction, facing),
+    }
 }

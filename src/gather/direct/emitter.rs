@@ -124,22 +124,11 @@ pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<
         .collect()
 }
 
+/// The pieces of a luminaire that are each treated as one.
 fn sources(luminaire: &Luminaire) -> Vec<Source> {
     let flux = luminaire.flux.0;
-    let flat = |corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening| {
-        let light = Light::Lambertian(flux / (PI * whole));
-        Source::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
-    };
     match &luminaire.opening {
-        &Opening::Point { position, aim } => {
-            let intensity = match &luminaire.distribution {
-                Distribution::Isotropic => flux / (4.0 * PI),
-                Distribution::Lambertian => flux / PI,
-                Distribution::Measured(_) => 0.0,
-            };
-            let distribution = luminaire.distribution.clone();
-            vec![Source::Point(PointSource { position, aim, flux, intensity, distribution })]
-        }
+        &Opening::Point { position, aim } => vec![Source::Point(point_source(luminaire, position, aim))],
         opening @ &Opening::Rectangle { centre, half_width, half_depth } => {
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(a, b)| centre + half_width * a + half_depth * b)
@@ -149,7 +138,7 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
             let cross = half_width.cross(half_depth);
-            vec![flat(corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
+            vec![lambertian(flux, corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
         }
         opening @ &Opening::Disc { centre, aim, radius } => {
             let (x, y) = aim.any_orthonormal_pair();
@@ -159,7 +148,7 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 let turned = Opening::Disc { centre, aim: -aim, radius };
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
-            vec![flat(corners, aim, [PI * radius * radius; 2], opening.clone())]
+            vec![lambertian(flux, corners, aim, [PI * radius * radius; 2], opening.clone())]
         }
         opening @ &Opening::Ellipse { centre, half_width, half_depth } => {
             let corners = rim(centre, half_width, half_depth, 1.0);
@@ -168,49 +157,70 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
             let cross = half_width.cross(half_depth);
-            vec![flat(corners, cross.normalize(), [PI * cross.length(); 2], opening.clone())]
+            vec![lambertian(flux, corners, cross.normalize(), [PI * cross.length(); 2], opening.clone())]
         }
-        &Opening::Body(body) => {
-            let light = match luminaire.measured() {
-                Some(measured) => {
-                    let most = flux * measured.web().most();
-                    Light::Web(WebLight::new(measured, flux, most, Shape::Body(body)))
-                }
-                None => Light::Lambertian(flux / (PI * body.surface())),
-            };
-            let own = match luminaire.body.as_slice() {
-                [first, .., last] => *first..last + 1,
-                _ => 0..0,
-            };
-            vec![Source::Body(BodySource { body, light, own })]
-        }
-        opening @ Opening::Triangles(triangles) => {
-            let whole: f64 = triangles.iter().map(triangle_area).sum();
-            let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
-            if triangles.len() > MOST_POLYGONS {
-                let facet = |triangle: &[DVec3; 3]| Facet {
-                    bounds: Bounds::around_exact(*triangle),
-                    normal: facing(triangle),
-                    height: facing(triangle).dot(triangle[0]),
-                    area: triangle_area(triangle),
-                };
-                let triangles = triangles.iter().map(facet).collect();
-                return vec![Source::Mesh(MeshSource {
-                    triangles,
-                    luminance: flux / (PI * whole),
-                    front: Front::new(opening),
-                })];
-            }
-            triangles
-                .iter()
-                .filter(|triangle| triangle_area(triangle) > 0.0)
-                .map(|triangle| {
-                    let areas = [triangle_area(triangle), whole];
-                    flat(triangle.to_vec(), facing(triangle), areas, Opening::Triangles(vec![*triangle]))
-                })
-                .collect()
-        }
+        &Opening::Body(body) => vec![Source::Body(body_source(luminaire, body))],
+        opening @ Opening::Triangles(triangles) => mesh_sources(flux, opening, triangles),
     }
+}
+
+/// A luminaire without extent.
+fn point_source(luminaire: &Luminaire, position: DVec3, aim: DVec3) -> PointSource {
+    let flux = luminaire.flux.0;
+    let intensity = match &luminaire.distribution {
+        Distribution::Isotropic => flux / (4.0 * PI),
+        Distribution::Lambertian => flux / PI,
+        Distribution::Measured(_) => 0.0,
+    };
+    PointSource { position, aim, flux, intensity, distribution: luminaire.distribution.clone() }
+}
+
+/// A luminaire that is a convex body.
+fn body_source(luminaire: &Luminaire, body: Body) -> BodySource {
+    let flux = luminaire.flux.0;
+    let light = match luminaire.measured() {
+        Some(measured) => {
+            let most = flux * measured.web().most();
+            Light::Web(WebLight::new(measured, flux, most, Shape::Body(body)))
+        }
+        None => Light::Lambertian(flux / (PI * body.surface())),
+    };
+    let own = match luminaire.body.as_slice() {
+        [first, .., last] => *first..last + 1,
+        _ => 0..0,
+    };
+    BodySource { body, light, own }
+}
+
+/// A flat Lambertian opening of some area, m²; `flux` (lm) is that of the luminaire, `whole` the area of all its pieces.
+fn lambertian(flux: f64, corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening) -> Source {
+    let light = Light::Lambertian(flux / (PI * whole));
+    Source::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
+}
+
+/// A luminaire of triangles: each by itself, or all as one mesh if they are many.
+fn mesh_sources(flux: f64, opening: &Opening, triangles: &[[DVec3; 3]]) -> Vec<Source> {
+    let whole: f64 = triangles.iter().map(triangle_area).sum();
+    let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+    if triangles.len() > MOST_POLYGONS {
+        let facet = |triangle: &[DVec3; 3]| Facet {
+            bounds: Bounds::around_exact(*triangle),
+            normal: facing(triangle),
+            height: facing(triangle).dot(triangle[0]),
+            area: triangle_area(triangle),
+        };
+        let triangles = triangles.iter().map(facet).collect();
+        let (luminance, front) = (flux / (PI * whole), Front::new(opening));
+        return vec![Source::Mesh(MeshSource { triangles, luminance, front })];
+    }
+    triangles
+        .iter()
+        .filter(|triangle| triangle_area(triangle) > 0.0)
+        .map(|triangle| {
+            let areas = [triangle_area(triangle), whole];
+            lambertian(flux, triangle.to_vec(), facing(triangle), areas, Opening::Triangles(vec![*triangle]))
+        })
+        .collect()
 }
 
 /// Corners of a polygon that has the area of the ellipse with these half axes times `radius`.

@@ -12,26 +12,27 @@
 
 mod blocker;
 pub mod blockers;
+mod blocks;
 pub(crate) mod emitter;
 pub mod faint;
 mod panes;
 pub mod polygon;
 mod sample;
 mod view;
+mod visit;
 mod web;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blocker::Blocker;
 use self::blockers::{Blockers, Bounds, Shaft};
-use self::emitter::{Emitter, Light, Source, emitters};
+use self::blocks::Block;
+use self::emitter::{Emitter, Source, emitters};
 use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
-use self::panes::Shaded;
-use self::sample::Target;
 use self::view::View;
+use self::visit::Visit;
 use super::receiver::Receiver;
 use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
@@ -39,27 +40,10 @@ use crate::random::Seed;
 
 /// Luminaires that together can add no more than this part of a point's direct light are left out there.
 pub const MOST_LEFT_OUT: f64 = 1e-4;
-/// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the lowest
-/// luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
-const BLOCKS: [(usize, usize); 3] = [(16, 4), (8, 4), (4, 2)];
-/// Points of a surface in a block, and in its parts: neighbours by how their triangle was halved.
-const RUN: usize = 16;
-const RUN_PART: usize = 4;
 /// Above this many triangles in the way of a part, points search on their own; above it for a point, rays sample.
 const MOST_BLOCKERS: usize = 192;
 /// Cuts for one point and opening before rays take over.
 const MOST_CUTS: usize = 600;
-/// Where an opening can bring no more than this part of a point's light and more than `MOST_BLOCKERS_IF_WEAK` triangles
-/// are in its way, a single ray decides; but not where such rays would make a standard deviation above `MOST_GLIMPSED` of
-/// the point's light in all.
-const WEAK: f64 = 3e-4;
-const MOST_BLOCKERS_IF_WEAK: usize = 8;
-const MOST_GLIMPSED: f64 = 1e-3;
-/// Rays that try to prove that nothing is seen of an opening before a point searches on its own, and triangles kept from
-/// such proofs for the next points.
-const PROBES: u32 = 6;
-const MOST_SUSPECTS: usize = 12;
-
 /// Direct light at the points of a receiver.
 #[derive(Clone, Debug)]
 pub struct DirectLight<const C: usize> {
@@ -204,29 +188,6 @@ fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
     rows.into_iter().map(|sum| sum as f32).collect()
 }
 
-/// Points that are close to each other.
-struct Block {
-    points: Vec<usize>,
-    /// Where each of its parts ends among the points.
-    ends: Vec<usize>,
-}
-
-impl Block {
-    /// Where the parts lie among the points.
-    fn parts(&self) -> impl Iterator<Item = Range<usize>> {
-        let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        starts.zip(&self.ends).map(|(start, &end)| start..end)
-    }
-}
-
-/// Ranges of columns and rows, cut into squares.
-fn squares([columns, rows]: [(usize, usize); 2], side: usize) -> impl Iterator<Item = [(usize, usize); 2]> {
-    let cut = move |(start, end): (usize, usize)| {
-        (start..end).step_by(side).map(move |start| (start, (start + side).min(end)))
-    };
-    cut(rows).flat_map(move |rows| cut(columns).map(move |columns| [columns, rows]))
-}
-
 /// What a point has got so far.
 #[derive(Clone, Copy)]
 struct Sum<const C: usize> {
@@ -283,55 +244,6 @@ struct Gather<'a, const C: usize> {
 }
 
 impl<const C: usize> Gather<'_, C> {
-    /// The grid in squares of points, each in smaller squares. Without a grid, points that follow one another and look
-    /// the same way, as samples of a triangle do; each sensor on its own.
-    fn blocks(&self) -> Vec<Block> {
-        let receiver = self.receiver;
-        let Some([columns, rows]) = receiver.grid else {
-            let most = if receiver.is_plane() { 1 } else { RUN };
-            let mut blocks: Vec<Block> = Vec::new();
-            for point in 0..receiver.len() {
-                match blocks.last_mut() {
-                    Some(Block { points, ends })
-                        if points.len() < most && receiver.normal_at(points[0]) == receiver.normal_at(point) =>
-                    {
-                        points.push(point);
-                        match ends.last_mut() {
-                            Some(end) if points.len() % RUN_PART != 1 => *end = points.len(),
-                            _ => ends.push(points.len()),
-                        }
-                    }
-                    _ => blocks.push(Block { points: vec![point], ends: vec![1] }),
-                }
-            }
-            return blocks;
-        };
-        let plane = receiver.origin.as_dvec3().dot(self.up);
-        let heights = self.emitters.iter().map(|emitter| emitter.bounds.along(self.up)[1] - plane);
-        let lowest = heights.filter(|height| *height > 0.0).fold(f64::INFINITY, f64::min);
-        let cell = match receiver.points.as_slice() {
-            [first, .., last] => {
-                let size = |axis: usize, count: usize| (last[axis] - first[axis]).abs() / count.max(2) as f32;
-                f64::from(size(0, columns).max(size(1, rows)))
-            }
-            _ => 0.0,
-        };
-        let fits = |side: usize| cell * side as f64 <= 1.5 * lowest;
-        let (block, part) = BLOCKS.into_iter().find(|(side, _)| fits(*side)).unwrap_or(BLOCKS[2]);
-        squares([(0, columns), (0, rows)], block)
-            .map(|ranges| {
-                let mut block = Block { points: Vec::with_capacity(block * block), ends: Vec::new() };
-                for [across, along] in squares(ranges, part) {
-                    for row in along.0..along.1 {
-                        block.points.extend((across.0..across.1).map(|column| row * columns + column));
-                    }
-                    block.ends.push(block.points.len());
-                }
-                block
-            })
-            .collect()
-    }
-
     /// Where shadows are cut from: just off the surface, as rays start.
     fn eye(&self, point: usize) -> DVec3 {
         self.receiver.start(point).as_dvec3()
@@ -382,7 +294,9 @@ impl<const C: usize> Gather<'_, C> {
                 before.clear();
                 before.extend(sums.iter().map(|sum| (sum.value, sum.variance)));
             }
-            self.add(emitter, most, block, &bounds, &mut sums, scratch);
+            let visit =
+                Visit { gather: self, number: emitter, emitter: &self.emitters[emitter], most, bounds: &bounds };
+            visit.add_to(block, &mut sums, scratch);
             if let Some(groups) = self.groups {
                 let group = groups.group(self.emitters[emitter].luminaire) as usize;
                 let [value, variance] = &mut *by_group;
@@ -417,203 +331,6 @@ impl<const C: usize> Gather<'_, C> {
         groups.map(|width| vec![0.0; points * width])
     }
 
-    /// Adds the light of one emitter, `most` lx at most, to the points of a block that are open.
-    fn add(
-        &self,
-        number: usize,
-        most: f64,
-        block: &Block,
-        bounds: &Bounds,
-        sums: &mut [Sum<C>],
-        scratch: &mut Scratch,
-    ) {
-        let emitter = &self.emitters[number];
-        let seed = self.seed.branch(number as u64);
-        match &emitter.source {
-            Source::Mesh(mesh) => {
-                for range in block.parts() {
-                    let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
-                    scratch.shares.clear();
-                    if !sums.iter().any(|sum| sum.open)
-                        || !mesh.shares(&self.bounds(points), self.up, &mut scratch.shares)
-                    {
-                        continue;
-                    }
-                    for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                        let mut stream = seed.stream(point as u64);
-                        let start = self.receiver.start(point);
-                        let normal = self.up.as_vec3();
-                        sum.add(emitter, mesh.sample(start, normal, &scratch.shares, self.blockers, &mut stream));
-                        scratch.rays += 2 * u64::from(sample::MESH_STRATA);
-                    }
-                }
-            }
-            Source::Point(source) => {
-                let hidden = self.search(emitter, bounds, 1, &mut scratch.block) != InTheWay::Nothing;
-                for (&point, sum) in block.points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                    let lux = source.illuminance(self.place(point), self.up);
-                    if lux > 0.0 {
-                        let passed =
-                            if hidden { source.passed(self.eye(point), self.blockers.caster) } else { [1.0; 3] };
-                        sum.add(emitter, (passed.map(|passed| passed * lux), 0.0));
-                        scratch.rays += u64::from(hidden);
-                    }
-                }
-            }
-            Source::Polygon(_) | Source::Body(_) => self.add_opening(number, most, block, bounds, sums, scratch),
-        }
-    }
-
-    fn add_opening(
-        &self,
-        number: usize,
-        most: f64,
-        block: &Block,
-        bounds: &Bounds,
-        sums: &mut [Sum<C>],
-        scratch: &mut Scratch,
-    ) {
-        let emitter = &self.emitters[number];
-        let source = &emitter.source;
-        let Some(light) = source.light() else { return };
-        let Scratch { block: in_block, part: in_part, point: at_point, suspects, view, rays, .. } = scratch;
-        let is_weak = |sum: &Sum<C>| {
-            most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MOST_GLIMPSED * sum.lux).powi(2)
-        };
-        let matters = |sums: &[Sum<C>]| sums.iter().any(|sum| sum.open && !is_weak(sum));
-        let limit = if matters(sums) { MOST_BLOCKERS } else { MOST_BLOCKERS_IF_WEAK };
-        let for_block = self.search(emitter, bounds, limit, in_block);
-        for range in block.parts() {
-            let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
-            if !sums.iter().any(|sum| sum.open) {
-                continue;
-            }
-            let mut for_part = match for_block {
-                InTheWay::Nothing => Some(InTheWay::Nothing),
-                InTheWay::Few => {
-                    let shaft = self.shaft(emitter, &self.bounds(points));
-                    in_part.clear();
-                    in_part.extend(in_block.iter().filter(|blocker| shaft.meets(blocker.corners())));
-                    Some(if in_part.is_empty() { InTheWay::Nothing } else { InTheWay::Few })
-                }
-                InTheWay::Many => None, // to be searched if a point needs to know
-            };
-            suspects.clear();
-            for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                let eye = self.eye(point);
-                let lux = view.look(source, self.place(point), self.up);
-                if lux <= 0.0 {
-                    continue;
-                }
-                let weak = is_weak(sum);
-                if !weak && !matches!(for_part, Some(InTheWay::Nothing | InTheWay::Few)) {
-                    let (hidden, cast) = self.is_hidden(point, emitter, bounds, suspects, view);
-                    *rays += cast;
-                    if hidden {
-                        continue;
-                    }
-                    if for_part.is_none() {
-                        for_part = Some(self.search(emitter, &self.bounds(points), MOST_BLOCKERS, in_part));
-                    }
-                }
-                let (in_the_way, list) = match for_part.unwrap_or(InTheWay::Many) {
-                    InTheWay::Many if !weak => {
-                        (self.search(emitter, &self.bounds(&[point]), MOST_BLOCKERS, at_point), &*at_point)
-                    }
-                    other => (other, &*in_part),
-                };
-                let exact = match in_the_way {
-                    InTheWay::Nothing => Some([lux; 3]),
-                    InTheWay::Few if (!weak || list.len() <= MOST_BLOCKERS_IF_WEAK) && view.has_room() => {
-                        let touched = view.cut(list, source, eye);
-                        touched.map(|touched| if touched { self.lit(view, light, lux) } else { [lux; 3] })
-                    }
-                    InTheWay::Few | InTheWay::Many => None,
-                };
-                let light = exact.map_or_else(
-                    || {
-                        let mut stream = self.seed.branch(number as u64).stream(point as u64);
-                        let (start, caster) = (self.receiver.start(point), self.blockers.caster);
-                        let normal = self.up.as_vec3();
-                        let target = match source {
-                            Source::Body(body) => Target::body(body, &view.whole),
-                            Source::Polygon(polygon) => Target::Flat(polygon),
-                            Source::Point(_) | Source::Mesh(_) => return ([0.0; 3], 0.0),
-                        };
-                        let seen = if weak {
-                            sample::glimpse(&target, start, normal, caster, &mut stream)
-                        } else {
-                            sample::look(&target, start, normal, caster, &mut stream)
-                        };
-                        *rays += seen.rays;
-                        (seen.share.map(|share| lux * share), lux * lux * seen.variance)
-                    },
-                    |lux| (lux, 0.0),
-                );
-                let before = sum.variance;
-                sum.add(emitter, light);
-                if weak {
-                    sum.glimpsed += sum.variance - before;
-                }
-            }
-        }
-    }
-
-    /// Whether it can be shown that all of the opening looked at last is hidden: rays to what is still lit find triangles,
-    /// whose shadows are cut out, until nothing is lit or a ray gets through. And the rays that took.
-    fn is_hidden(
-        &self,
-        point: usize,
-        emitter: &Emitter<C>,
-        points: &Bounds,
-        suspects: &mut Vec<Blocker>,
-        view: &mut View,
-    ) -> (bool, u64) {
-        let source = &emitter.source;
-        let ahead = self.ahead(emitter, points);
-        let start = self.receiver.start(point);
-        let eye = start.as_dvec3();
-        // The opening is looked at from the point itself, which lies lower than where its rays start.
-        let lowered = self.place(point) - eye;
-        view.start();
-        for suspect in suspects.iter() {
-            view.hide(suspect, source, eye);
-        }
-        let mut found = Vec::new();
-        for cast in 0..u64::from(PROBES) {
-            let Some(piece) = view.lit.iter().next() else { return (true, cast) };
-            let to = piece.iter().sum::<DVec3>() / piece.len() as f64 + lowered;
-            let reach = match (source, ahead) {
-                // As far as just before the opening's plane.
-                (_, Some((normal, front))) => {
-                    let [here, there] = [eye.dot(normal), (eye + to).dot(normal)];
-                    to.length() * ((here - front) / (here - there)).clamp(0.0, 1.0)
-                }
-                (Source::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
-                _ => 0.0,
-            };
-            let caster = self.blockers.caster;
-            let Some(hit) = caster.through_panes(start, to.normalize().as_vec3(), reach as f32).0 else {
-                return (false, cast + 1);
-            };
-            found.clear();
-            source.blockers(ahead, hit.triangle, self.blockers.corners(hit.triangle), &mut found);
-            let mut hides = false;
-            for blocker in &found {
-                if view.hide(blocker, source, eye) {
-                    hides = true;
-                    if suspects.len() < MOST_SUSPECTS {
-                        suspects.push(*blocker);
-                    }
-                }
-            }
-            if !hides {
-                return (false, cast + 1);
-            }
-        }
-        (view.lit.len() == 0, u64::from(PROBES))
-    }
-
     fn shaft(&self, emitter: &Emitter<C>, points: &Bounds) -> Shaft {
         let mut shaft = Shaft::between(points, &emitter.bounds);
         shaft.in_front_of(self.up, points.along(self.up)[0]);
@@ -637,15 +354,6 @@ impl<const C: usize> Gather<'_, C> {
         let largest = points.largest_coordinate().max(emitter.bounds.largest_coordinate());
         let step = self.blockers.caster.step_off(Vec3::ZERO, Vec3::X, largest).x;
         emitter.height(normal) + f64::from(step)
-    }
-
-    /// Illuminance (lx) by what is still lit of the opening looked at last, through panes.
-    fn lit(&self, view: &mut View, light: &Light, whole: f64) -> [f64; 3] {
-        if view.panes.is_empty() {
-            return [light.sum(&view.lit, self.up, whole, &mut view.parts); 3];
-        }
-        let View { panes, lit, size, parts, .. } = view;
-        Shaded { panes, size: *size, light, up: self.up, caster: self.blockers.caster, whole, parts }.sum(lit)
     }
 
     /// Finds what may stand between some points and an emitter, the largest first.

@@ -118,11 +118,17 @@ pub(super) fn glimpse(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &R
     Seen { share: target.passed(&ray, start, caster), variance: GLIMPSE, rays: 1 }
 }
 
-/// What is visible of an opening.
+/// What rays to strata of an opening tell of it.
 ///
 /// Two rays in each stratum tell its variance without bias. Where a first look saw all of it or nothing, one stratum of n
 /// may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its square.
-pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
+pub(super) fn stratified(
+    target: &Target<'_>,
+    start: Vec3,
+    normal: Vec3,
+    caster: &RayCaster,
+    stream: &mut Stream,
+) -> Seen {
     let mut rays = 0;
     // Weight of a ray, and what of it gets through.
     let mut cast = |stratum: u32, side: u32| {

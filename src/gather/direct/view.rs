@@ -34,8 +34,8 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Looks at an opening from a point: the illuminance of all of it, lx.
-    pub(super) fn look(&mut self, source: &Source, eye: DVec3, up: DVec3) -> f64 {
+    /// Takes in an opening as a point sees it, and returns the illuminance by all of it, lx.
+    pub(super) fn observe(&mut self, source: &Source, eye: DVec3, up: DVec3) -> f64 {
         self.flat_on = f64::INFINITY;
         let light = match source {
             Source::Polygon(polygon) => {
@@ -59,14 +59,14 @@ impl View {
         if self.whole.len() < 3 { 0.0 } else { light.whole(&self.whole, up, &mut self.parts) }
     }
 
-    /// Whether shadows can be cut out of the opening looked at last: seen edge on it has no room for them.
+    /// Whether shadows can be cut out of the opening observed last: seen edge on it has no room for them.
     pub(super) fn has_room(&self) -> bool {
         self.flat_on == f64::INFINITY
             || self.flat_on
                 > 1e-9 * self.whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()))
     }
 
-    /// Gets ready to cut shadows out of the opening looked at last.
+    /// Gets ready to cut shadows out of the opening observed last.
     pub(super) fn start(&mut self) {
         let Self { whole, edges, size, lit, cuts_done, touched, panes, .. } = self;
         edges.clear();
@@ -109,7 +109,7 @@ impl View {
         true
     }
 
-    /// Cuts the shadows of some blockers out of the opening looked at last, and tells whether any falls on it; nothing if that
+    /// Cuts the shadows of some blockers out of the opening observed last, and tells whether any falls on it; nothing if that
     /// takes too many cuts.
     pub(super) fn cut(&mut self, blockers: &[Blocker], source: &Source, eye: DVec3) -> Option<bool> {
         self.start();
