@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::direct::blockers::Blockers;
-use super::direct::{Asked, DirectGroups, DirectLight, direct_light_for};
+use super::direct::{DirectGroups, DirectLight, Request, direct_light_for};
 use super::receiver::Receiver;
 use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
@@ -26,14 +26,14 @@ const BALL_ERROR: f64 = 1.5e-4;
 
 /// A small body that is measured.
 #[derive(Clone, Copy, Debug)]
-pub struct Body {
+pub struct MeasuredBody {
     /// Which.
     pub measure: Measure,
     /// Unit vector of its axis or normal.
     pub axis: DVec3,
 }
 
-impl Body {
+impl MeasuredBody {
     /// The direction that belongs to a point of the unit square when directions have the density K/π.
     pub fn direction(&self, [a, b]: [f32; 2]) -> Vec3 {
         let (a, b) = (f64::from(a), f64::from(b));
@@ -64,7 +64,7 @@ impl Body {
     }
 
     /// The flat cells that stand for the body.
-    fn cells(&self) -> Cells {
+    fn cells(&self) -> FlatCells {
         let (x, y) = self.axis.any_orthonormal_pair();
         let mut cells = Vec::new();
         let is_round = matches!(self.measure, Measure::Cylindrical | Measure::Semicylindrical { .. });
@@ -89,12 +89,12 @@ impl Body {
             _ => {}
         }
         let (about, error) = if is_round { (ROUND, ROUND_ERROR) } else { (BALL, BALL_ERROR) };
-        Cells { weighted: cells, about, error }
+        FlatCells { weighted: cells, about, error }
     }
 }
 
 /// Flat cells that stand for a body.
-struct Cells {
+struct FlatCells {
     /// Normal of each, and what it counts.
     weighted: Vec<(DVec3, f64)>,
     /// How many of them, the first, stand evenly all about.
@@ -127,24 +127,24 @@ fn kepler(share: f64) -> f64 {
 pub fn direct_on_bodies<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
-    bodies: &[Body],
+    bodies: &[MeasuredBody],
     blockers: &Blockers<'_>,
     seed: Seed,
     progress: impl Fn(u64) + Sync,
     groups: Option<&LightGroups>,
 ) -> DirectLight<C> {
-    let cells: Vec<Cells> = bodies.iter().map(Body::cells).collect();
+    let cells: Vec<FlatCells> = bodies.iter().map(MeasuredBody::cells).collect();
     let faces = cells.iter().enumerate().flat_map(|(body, cells)| {
         cells.weighted.iter().map(move |(normal, _)| (receiver.start(body), normal.as_vec3()))
     });
     let faces = Receiver::of_faces(faces);
-    let asked = Asked { groups, faint: false };
+    let asked = Request { groups, faint: false };
     let (flat, _): (DirectLight<C>, _) = direct_light_for(luminaires, &faces, blockers, seed, progress, asked);
     let mut light =
         DirectLight { value: Vec::new(), variance: Vec::new(), left_out: Vec::new(), rays: flat.rays, groups: None };
     let mut parts = groups.map(|_| DirectGroups { value: Vec::new(), variance: Vec::new() });
     let mut first = 0;
-    for Cells { weighted, about, error } in &cells {
+    for FlatCells { weighted, about, error } in &cells {
         let (mut value, mut variance, mut left_out, mut mean) = ([0.0; C], 0.0, 0.0, 0.0);
         for (cell, &(_, weight)) in (first..).zip(weighted) {
             (0..C).for_each(|c| value[c] += weight * flat.value[cell][c]);
@@ -192,8 +192,8 @@ mod tests {
         Measure::Spherical,
     ];
 
-    fn body(measure: Measure) -> Body {
-        Body { measure, axis: DVec3::X }
+    fn body(measure: Measure) -> MeasuredBody {
+        MeasuredBody { measure, axis: DVec3::X }
     }
 
     /// Against the kernel itself, for sources all about: the cells' mean is as near as they say.
@@ -202,7 +202,7 @@ mod tests {
         let mut stream = Seed(7).stream(0);
         for measure in ALL {
             let body = body(measure);
-            let Cells { weighted, about, error } = body.cells();
+            let FlatCells { weighted, about, error } = body.cells();
             let (most, round) = match about {
                 ROUND => (2.1e-4, Measure::Cylindrical),
                 _ => (7e-4, Measure::Spherical),

@@ -10,12 +10,12 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::caustics::{CausticMap, Scratch};
+use super::caustics::{CausticMap, CausticScratch};
 use super::sight::{Last, RELUCTANCE, Records, Sight, cross_glass, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::Flux;
 use crate::photon::media::Media;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
+use crate::photon::surface::{Gloss, Layers, SurfaceOptics, mirror, refract};
 use crate::random::Stream;
 
 /// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
@@ -72,7 +72,7 @@ pub struct Draw<'s> {
     /// How often caustics count in this ray: they are asked for once a pixel, and counted for all its rays.
     pub caustics: f64,
     /// Memory for the photons.
-    pub scratch: Option<&'s mut Scratch>,
+    pub scratch: Option<&'s mut CausticScratch>,
     /// Random numbers.
     pub stream: &'s mut Stream,
     /// Counts rays.
@@ -127,14 +127,14 @@ impl<const C: usize> Eye<'_, C> {
             before_panes = 0.0;
             let normal = facing(&hit, direction);
             match self.sight.surface(&hit) {
-                Surface::Pane(curves) => match cross_pane(curves, direction, normal, weight, draw.stream) {
+                SurfaceOptics::Pane(curves) => match cross_pane(curves, direction, normal, weight, draw.stream) {
                     Some((true, left)) => (weight, before_panes) = (left, hit.distance),
                     Some((false, left)) => {
                         (weight, direction, last) = (left, mirror(direction, normal), Last::Mirror);
                     }
                     None => break,
                 },
-                Surface::Glass { .. } => {
+                SurfaceOptics::Glass { .. } => {
                     let surfaces = self.sight.surfaces();
                     direction = cross_glass(surfaces, &hit, direction, normal, &mut media, draw.stream);
                     absorption = media.absorption(surfaces);
@@ -194,7 +194,7 @@ impl<const C: usize> Eye<'_, C> {
 }
 
 /// What a surface does with light on the side that a ray along `direction` met.
-fn seen_layers<const C: usize>(surface: &Surface<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
+fn seen_layers<const C: usize>(surface: &SurfaceOptics<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
     surface.layers(direction.dot(hit.normal) < 0.0)
 }
 
@@ -222,8 +222,8 @@ fn through_glass<const C: usize>(
     for _ in 0..DEEPEST {
         let (front, normal) = (direction.dot(hit.normal) < 0.0, facing(&hit, direction));
         direction = match sight.surface(&hit) {
-            Surface::Pane(_) => direction,
-            Surface::Glass { .. } => {
+            SurfaceOptics::Pane(_) => direction,
+            SurfaceOptics::Glass { .. } => {
                 match refract(direction, normal, media.ratio(sight.surfaces(), hit.material, front)) {
                     Some((onward, _)) => {
                         media = media.beyond(hit.material, front);

@@ -81,7 +81,7 @@ pub struct CausticMap<const C: usize> {
 }
 
 /// Memory a thread reuses from query to query.
-pub struct Scratch {
+pub struct CausticScratch {
     tree: photon_map::Scratch,
     found: Vec<(u32, f32)>,
 }
@@ -93,8 +93,8 @@ impl<const C: usize> CausticMap<C> {
     }
 
     /// Fresh memory for queries.
-    pub fn scratch(&self) -> Scratch {
-        Scratch { tree: self.tree.scratch(), found: Vec::new() }
+    pub fn scratch(&self) -> CausticScratch {
+        CausticScratch { tree: self.tree.scratch(), found: Vec::new() }
     }
 
     /// Illuminance (lx) that the photons bring to the side `normal` (unit) of a surface at `at` (m), `above` being the same
@@ -112,7 +112,7 @@ impl<const C: usize> CausticMap<C> {
         normal: Vec3,
         caster: &RayCaster,
         stream: &mut Stream,
-        scratch: &mut Scratch,
+        scratch: &mut CausticScratch,
     ) -> [f64; C] {
         let mut sum = [0.0; C];
         self.each(at, above, normal, (caster, stream), scratch, |_, lux| (0..C).for_each(|c| sum[c] += lux[c]));
@@ -126,10 +126,10 @@ impl<const C: usize> CausticMap<C> {
         above: Vec3,
         normal: Vec3,
         (caster, stream): (&RayCaster, &mut Stream),
-        scratch: &mut Scratch,
+        scratch: &mut CausticScratch,
         mut meet: impl FnMut(u32, [f64; C]),
     ) {
-        let Scratch { tree, found } = scratch;
+        let CausticScratch { tree, found } = scratch;
         found.clear();
         let Search { nearest, radius, floor } = self.search;
         let mut farthest = 0.0_f32;

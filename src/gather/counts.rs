@@ -10,7 +10,7 @@ use std::io;
 
 use glam::{DVec3, Vec3};
 
-use super::bodies::Body;
+use super::bodies::MeasuredBody;
 use super::cell_counts::Cells;
 use super::density::Estimate;
 use super::receiver::{Keep, Receiver};
@@ -99,13 +99,13 @@ pub enum Watched<'a> {
     /// Samples of a surface.
     Surface(&'a MeasuredSurface),
     /// Bodies, where they are, and the squares of their discs' radii, m².
-    Bodies(Vec<(Body, Vec3, f32)>),
+    Bodies(Vec<(MeasuredBody, Vec3, f32)>),
 }
 
 impl Watched<'_> {
     /// Bodies at the points of a receiver; their discs have the radius `radius` (m), less where a surface is nearer.
     pub fn bodies(receiver: &Receiver, radius: f32, floor: f32, caster: &RayCaster) -> Self {
-        let around = |(point, &body): (usize, &Body)| {
+        let around = |(point, &body): (usize, &MeasuredBody)| {
             let at = receiver.start(point);
             let mut stream: Stream = Seed(0).stream(point as u64);
             let ends = (0..LOOKS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::io;
 
-use super::surroundings::{Surroundings, View, kernel};
+use super::surroundings::{PlaneView, Surroundings, kernel};
 use crate::flux::photometric;
 use crate::photon_map::{Block, BlockVisitor, LANES, MARKED, NearestPhotons, PhotonMap};
 use crate::state::Sum;
@@ -176,18 +176,18 @@ fn sum_within<T: NearestPhotons, const C: usize>(
     let point = [at[0], at[1], 0.0];
     let view = surroundings.view(radius);
     let row = view.moments().first_row_of_inverse();
-    let mut sum = KernelSum::new(&view, row, radius, rim);
+    let mut sum = DensitySum::new(&view, row, radius, rim);
     map.visit_blocks(point, radius, scratch, &mut sum);
     if let Some(groups) = groups {
-        let sum = KernelSum::<C>::new(&view, row, radius, rim);
+        let sum = DensitySum::<C>::new(&view, row, radius, rim);
         map.visit_marked(point, radius, scratch, &mut SumInGroups { sum, groups });
     }
     sum.estimate()
 }
 
 /// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.
-struct KernelSum<'a, const C: usize> {
-    view: &'a View,
+struct DensitySum<'a, const C: usize> {
+    view: &'a PlaneView,
     row: [f64; 3],
     rim: Option<f32>,
     per_radius: f32,
@@ -196,8 +196,8 @@ struct KernelSum<'a, const C: usize> {
     squares: [f64; LANES],
 }
 
-impl<'a, const C: usize> KernelSum<'a, C> {
-    fn new(view: &'a View, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
+impl<'a, const C: usize> DensitySum<'a, C> {
+    fn new(view: &'a PlaneView, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
         let per_radius = 1.0 / radius;
         let per_area = f64::from(per_radius * per_radius);
         Self { view, row, rim, per_radius, per_area, values: [[0.0; LANES]; C], squares: [0.0; LANES] }
@@ -208,7 +208,7 @@ impl<'a, const C: usize> KernelSum<'a, C> {
     }
 }
 
-impl<const C: usize> KernelSum<'_, C> {
+impl<const C: usize> DensitySum<'_, C> {
     /// What each photon of a block counts.
     #[inline(always)]
     fn weights<const D: usize>(&mut self, block: &Block<'_, D>) -> [f64; LANES] {
@@ -232,7 +232,7 @@ impl<const C: usize> KernelSum<'_, C> {
     }
 }
 
-impl<const C: usize> BlockVisitor<C> for KernelSum<'_, C> {
+impl<const C: usize> BlockVisitor<C> for DensitySum<'_, C> {
     #[inline(always)]
     fn visit(&mut self, block: &Block<'_, C>) {
         let weight = self.weights(block);
@@ -254,7 +254,7 @@ impl<const C: usize> BlockVisitor<C> for KernelSum<'_, C> {
 
 /// The same sum, apart for each light group.
 struct SumInGroups<'a, const C: usize> {
-    sum: KernelSum<'a, C>,
+    sum: DensitySum<'a, C>,
     groups: GroupSums<'a>,
 }
 

@@ -60,9 +60,9 @@ pub struct Aimed<const C: usize> {
 }
 
 /// The luminaires of a scene, ready to be asked for direct light.
-pub struct Lamps<'a, const C: usize> {
+pub struct LampSampler<'a, const C: usize> {
     caster: &'a RayCaster,
-    lamps: Vec<Lamp<C>>,
+    lamps: Vec<DrawnLamp<C>>,
     /// Running sum of the luminaires' shares of the points drawn; the last is 1.
     shares: Vec<f32>,
     /// Flux of all, lm.
@@ -72,7 +72,7 @@ pub struct Lamps<'a, const C: usize> {
     uneven: bool,
 }
 
-struct Lamp<const C: usize> {
+struct DrawnLamp<const C: usize> {
     /// What a point drawn on it is to be multiplied by; see [`drawn_shares`].
     times: f32,
     front: Front,
@@ -109,7 +109,7 @@ impl Times<'_> {
     }
 }
 
-impl<const C: usize> Lamp<C> {
+impl<const C: usize> DrawnLamp<C> {
     /// A point of the luminaire and its normal.
     ///
     /// Flat openings, and Lambertian ones: equal shares by area. Of a measured body the points that face `from` are drawn,
@@ -127,7 +127,7 @@ impl<const C: usize> Lamp<C> {
     }
 }
 
-impl<'a, const C: usize> Lamps<'a, C> {
+impl<'a, const C: usize> LampSampler<'a, C> {
     /// Prepares the luminaires of a scene whose mesh `caster` holds.
     pub fn new(luminaires: &[Luminaire], caster: &'a RayCaster) -> Self {
         let flux: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
@@ -136,7 +136,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             *sum += share;
             Some(*sum as f32)
         });
-        let lamp = |((luminaire, spread), (_, times)): ((&Luminaire, f32), &(f64, f64))| Lamp {
+        let lamp = |((luminaire, spread), (_, times)): ((&Luminaire, f32), &(f64, f64))| DrawnLamp {
             times: *times as f32,
             front: Front::of(luminaire),
             near_squared: near_squared(luminaire),

@@ -11,7 +11,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::bodies::Body;
+use super::bodies::MeasuredBody;
 use crate::embree::RayCaster;
 use crate::flux::Flux;
 use crate::photon::trace::{Flight, History, Recorder};
@@ -68,7 +68,7 @@ enum Facing {
     /// Each along a normal of its own, on a surface.
     Each(Vec<Vec3>),
     /// All about.
-    Bodies(Vec<Body>),
+    Bodies(Vec<MeasuredBody>),
 }
 
 /// Share of the middle point in the mean over a disc; the others have equal shares of the rest.
@@ -142,7 +142,7 @@ impl Receiver {
                 None => at,
             }
         });
-        let bodies = served.iter().map(of).map(|sensor| Body { measure: sensor.measure, axis: sensor.normal });
+        let bodies = served.iter().map(of).map(|sensor| MeasuredBody { measure: sensor.measure, axis: sensor.normal });
         let receiver = Self::apart(starts.collect(), Facing::Bodies(bodies.collect()));
         (!served.is_empty()).then_some((receiver, served))
     }
@@ -265,7 +265,7 @@ impl Receiver {
     }
 
     /// The bodies it measures, one at each point; none on planes and surfaces.
-    pub fn bodies(&self) -> &[Body] {
+    pub fn bodies(&self) -> &[MeasuredBody] {
         if let Facing::Bodies(bodies) = &self.facing { bodies } else { &[] }
     }
 

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 use self::path::Path;
 pub(super) use self::path::RELUCTANCE;
 use super::caustics::CausticMap;
-use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
+use super::lamps::{Aim, Aimed, LampSampler, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::{Flux, channels};
@@ -26,7 +26,7 @@ use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::emit::triangle_area;
 use crate::photon::media::Media;
 use crate::photon::rough::Microsurface;
-use crate::photon::surface::{Surface, mirror, pane_shares, refract};
+use crate::photon::surface::{SurfaceOptics, mirror, pane_shares, refract};
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::scene::glazing::Curves;
@@ -34,8 +34,8 @@ use crate::scene::glazing::Curves;
 /// Ready to follow light backwards through a scene.
 pub struct Sight<'a, const C: usize> {
     caster: &'a RayCaster,
-    surfaces: Vec<Surface<C>>,
-    lamps: Lamps<'a, C>,
+    surfaces: Vec<SurfaceOptics<C>>,
+    lamps: LampSampler<'a, C>,
     /// The triangles that shine, in order.
     glow: Vec<Glow<C>>,
     webs: Vec<GlowWeb>,
@@ -51,7 +51,7 @@ struct Glow<const C: usize> {
     exitance: [f32; C],
     /// The measured luminaire it belongs to.
     web: Option<u32>,
-    /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
+    /// Squared distance within which a ray from a surface counts it, m²; beyond, [`LampSampler`] do.
     near_squared: f32,
     /// See [`spreads`].
     spread: f32,
@@ -189,8 +189,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         let spread = scene.luminaires.iter().zip(spreads(&scene.luminaires));
         let mut glow: Vec<Glow<C>> = spread.enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
-        let surfaces = scene.materials.iter().map(Surface::from).collect();
-        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, webs, caustics }
+        let surfaces = scene.materials.iter().map(SurfaceOptics::from).collect();
+        Self { caster, surfaces, lamps: LampSampler::new(&scene.luminaires, caster), glow, webs, caustics }
     }
 
     /// π times the radiance (lx) that arrives at `origin` (m) against `direction`, an estimate; the light that comes
@@ -234,18 +234,18 @@ impl<'a, const C: usize> Sight<'a, C> {
     }
 
     /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see
-    /// [`Lamps::direct_from`].
+    /// [`LampSampler::direct_from`].
     pub fn direct(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
         self.lamps.direct_from(offset, from, normal, stream).0
     }
 
     /// All surfaces, by material.
-    pub(super) fn surfaces(&self) -> &[Surface<C>] {
+    pub(super) fn surfaces(&self) -> &[SurfaceOptics<C>] {
         &self.surfaces
     }
 
     /// What a hit surface does with light.
-    pub(super) fn surface(&self, hit: &Hit) -> &Surface<C> {
+    pub(super) fn surface(&self, hit: &Hit) -> &SurfaceOptics<C> {
         &self.surfaces[hit.material as usize]
     }
 
@@ -301,7 +301,7 @@ impl<'a, const C: usize> Sight<'a, C> {
             Last::Mirror => 1.0,
             Last::Diffuse => f32::from(u8::from(squared < glow.near_squared)),
             Last::Gloss(density) => {
-                // As in `Lamps::aimed`: of a measured body points are drawn by the area seen.
+                // As in `LampSampler::aimed`: of a measured body points are drawn by the area seen.
                 let drawn_as_seen =
                     glow.web.is_some_and(|web| matches!(self.webs[web as usize].seen, SeenArea::Body(_)));
                 let cosine = if drawn_as_seen { 1.0 } else { direction.dot(hit.normal).abs() };
@@ -341,7 +341,7 @@ pub(super) fn cross_pane<const C: usize>(
 /// `facing` is the unit normal against `direction`.
 #[inline]
 pub(super) fn cross_glass<const C: usize>(
-    surfaces: &[Surface<C>],
+    surfaces: &[SurfaceOptics<C>],
     hit: &Hit,
     direction: Vec3,
     facing: Vec3,

@@ -13,7 +13,7 @@ mod samples;
 
 use rayon::prelude::*;
 
-use self::fit::{Degree, Fit, Offset, Sums, Window, add_up, offsets};
+use self::fit::{Degree, Fit, FitSums, Offset, Window, add_up, offsets};
 use super::density::Estimate;
 use super::gates::Gates;
 use super::receiver::Receiver;
@@ -178,7 +178,7 @@ impl Smoother {
             return;
         }
         reached.clear();
-        let mut sums = Sums::<0>::new();
+        let mut sums = FitSums::<0>::new();
         self.reach(point, window, reached, |offset, _| sums.add(offset, &[]));
         let row = sums.row(window);
         for (offset, there) in self.offsets.iter().zip(&*reached) {
@@ -290,7 +290,7 @@ impl Smoother {
     ) -> [Fit<C>; WINDOWS.len()] {
         let mut fits = [Fit::NONE; WINDOWS.len()];
         reached.clear();
-        let mut sums = Sums::new();
+        let mut sums = FitSums::new();
         for (fit, window) in fits.iter_mut().zip(&self.windows) {
             if self.gates.open(point, window.half) {
                 *fit = self.open_fit(point, window, raw);

@@ -29,7 +29,7 @@ pub struct Surroundings(Option<Box<[f32; FAN]>>);
 
 /// Integrals of kernel · {1, x, y, x², xy, y²} over the visible part of the unit disc.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct KernelMoments {
     /// ∫K.
     pub one: f64,
     /// ∫K x, ∫K y.
@@ -38,7 +38,7 @@ pub struct Moments {
     pub second: [f64; 3],
 }
 
-impl Moments {
+impl KernelMoments {
     /// Adds the integral over a narrow sector about the unit vector `towards`, `width` wide, as far as `reach` ≤ 1.
     fn add_sector(&mut self, towards: DVec2, width: f64, reach: f64) {
         // ∫ (1 − r²) r^(m+1) dr from 0 to `reach`, m = 0, 1, 2.
@@ -86,9 +86,9 @@ pub fn kernel(radius_squared: f32) -> f32 {
 }
 
 /// Moments of the open disc: ∫K = π/2.
-const OPEN: Moments = {
+const OPEN: KernelMoments = {
     let pi = std::f64::consts::PI;
-    Moments { one: pi / 2.0, first: [0.0; 2], second: [pi / 12.0, 0.0, pi / 12.0] }
+    KernelMoments { one: pi / 2.0, first: [0.0; 2], second: [pi / 12.0, 0.0, pi / 12.0] }
 };
 
 /// One sector of the fan: the ray it begins with, the angles of the quadrature, and its moments where it is open.
@@ -96,7 +96,7 @@ struct Sector {
     ray: Vec2,
     steps: [DVec2; STEPS],
     width: f64,
-    open: Moments,
+    open: KernelMoments,
 }
 
 static SECTORS: LazyLock<[Sector; FAN]> = LazyLock::new(|| {
@@ -104,7 +104,7 @@ static SECTORS: LazyLock<[Sector; FAN]> = LazyLock::new(|| {
         let (from, to) = (ray(sector), ray((sector + 1) % FAN));
         let (start, width) = (from.to_angle(), from.angle_to(to) / STEPS as f64);
         let steps = std::array::from_fn(|step| DVec2::from_angle(start + width * (step as f64 + 0.5)));
-        let mut open = Moments::default();
+        let mut open = KernelMoments::default();
         steps.iter().for_each(|&towards| open.add_sector(towards, width, 1.0));
         Sector { ray: from.as_vec2(), steps, width, open }
     })
@@ -158,8 +158,8 @@ impl Surroundings {
     }
 
     /// What is seen within `radius` (m), at most the radius looked around for.
-    pub fn view(&self, radius: f32) -> View {
-        let Some(distances) = &self.0 else { return View(None) };
+    pub fn view(&self, radius: f32) -> PlaneView {
+        let Some(distances) = &self.0 else { return PlaneView(None) };
         let mut ends = [OPEN_END; FAN];
         let mut open = true;
         for (sector, end) in ends.iter_mut().enumerate() {
@@ -173,18 +173,18 @@ impl Surroundings {
             *end = (normal, normal.dot(a));
             open = false;
         }
-        View((!open).then(|| Box::new(ends)))
+        PlaneView((!open).then(|| Box::new(ends)))
     }
 }
 
 /// The end of a sector: seen is what has normal · offset ≤ the limit.
-type End = (Vec2, f32);
-const OPEN_END: End = (Vec2::ZERO, f32::INFINITY);
+type SectorEnd = (Vec2, f32);
+const OPEN_END: SectorEnd = (Vec2::ZERO, f32::INFINITY);
 
 /// The visible part of the disc of one search radius, which is its unit of length. `None`: all of it.
-pub struct View(Option<Box<[End; FAN]>>);
+pub struct PlaneView(Option<Box<[SectorEnd; FAN]>>);
 
-impl View {
+impl PlaneView {
     /// Which of some offsets from the point (plane coordinates, in search radii) are seen.
     #[inline(always)]
     pub fn sees(&self, x: &[f32; LANES], y: &[f32; LANES]) -> [bool; LANES] {
@@ -201,9 +201,9 @@ impl View {
 
     /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose error
     /// is below 3·10⁻³ of ∫K (tested).
-    pub fn moments(&self) -> Moments {
+    pub fn moments(&self) -> KernelMoments {
         let Some(ends) = &self.0 else { return OPEN };
-        let mut moments = Moments::default();
+        let mut moments = KernelMoments::default();
         for (sector, (normal, limit)) in SECTORS.iter().zip(ends.iter()) {
             if limit.is_infinite() {
                 moments.add(&sector.open);
@@ -242,7 +242,7 @@ mod tests {
     /// With nothing in the way the quadrature gives the open disc's moments: π/2, 0, π/12.
     #[test]
     fn the_sectors_add_up_to_the_disc() {
-        let mut whole = Moments::default();
+        let mut whole = KernelMoments::default();
         SECTORS.iter().for_each(|sector| whole.add(&sector.open));
         assert!((whole.one - OPEN.one).abs() < 1e-9, "{whole:?}");
         assert!((whole.second[0] - OPEN.second[0]).abs() < 1e-3 && (whole.second[2] - OPEN.second[2]).abs() < 1e-3);

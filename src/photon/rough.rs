@@ -200,13 +200,13 @@ mod tests {
 
     /// Mean of samples, and its standard error.
     #[derive(Default)]
-    struct Mean {
+    struct SampleMean {
         count: f64,
         sum: f64,
         square: f64,
     }
 
-    impl Mean {
+    impl SampleMean {
         fn add(&mut self, value: f32) {
             let value = f64::from(value);
             (self.count, self.sum, self.square) = (self.count + 1.0, self.sum + value, self.square + value * value);
@@ -238,7 +238,7 @@ mod tests {
         for alpha in ROUGHNESSES {
             let facets = Microsurface { alpha };
             for degrees in ANGLES {
-                let (eye, mut stream, mut mean) = (at(degrees), Seed(1).stream(degrees as u64), Mean::default());
+                let (eye, mut stream, mut mean) = (at(degrees), Seed(1).stream(degrees as u64), SampleMean::default());
                 for _ in 0..40_000 {
                     let (light, density) = proposal(facets, eye, &mut stream);
                     mean.add(if light.z > 0.0 {
@@ -262,7 +262,8 @@ mod tests {
             let facets = Microsurface { alpha };
             for degrees in ANGLES {
                 let (eye, mut stream) = (at(degrees), Seed(2).stream(degrees as u64));
-                let (mut drawn, mut evaluated) = ([0; 4].map(|_| Mean::default()), [0; 4].map(|_| Mean::default()));
+                let (mut drawn, mut evaluated) =
+                    ([0; 4].map(|_| SampleMean::default()), [0; 4].map(|_| SampleMean::default()));
                 for _ in 0..30_000 {
                     let onward = facets.reflect(-eye, Vec3::Z, &mut stream);
                     assert!(onward.z > 0.0 && (onward.length() - 1.0).abs() < 1e-5, "{onward}");
@@ -316,7 +317,7 @@ mod tests {
             let mut stream = Seed(4).stream(0);
             for (a, b) in [(at(20.0), Vec3::new(-0.3, 0.5, 0.8)), (at(80.0), Vec3::new(-0.6, 0.7, 0.1))] {
                 let b = b.normalize();
-                let (mut there, mut back) = (Mean::default(), Mean::default());
+                let (mut there, mut back) = (SampleMean::default(), SampleMean::default());
                 for _ in 0..100_000 {
                     there.add(facets.scattered(a, b, Vec3::Z, &mut stream) / b.z);
                     back.add(facets.scattered(b, a, Vec3::Z, &mut stream) / a.z);
@@ -360,7 +361,7 @@ mod tests {
                 let expected = f64::from(facets.projected_area(from));
                 assert!((seen - expected).abs() < 1e-3 * expected, "α {alpha}, {degrees}°: {seen}, {expected}");
                 for moment in moments {
-                    let mut mean = Mean::default();
+                    let mut mean = SampleMean::default();
                     (0..40_000).for_each(|_| mean.add(moment(facets.visible_normal(from, &mut stream))));
                     let expected = integral(alpha, from, |m| f64::from(moment(m))) / seen;
                     let off = mean.value() - expected;

@@ -11,7 +11,7 @@ use crate::flux::photometric;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::density::Estimate;
 use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::{Asked, DirectLight, direct_light_for};
+use crate::gather::direct::{DirectLight, Request, direct_light_for};
 use crate::gather::parts::faint::FaintLight;
 use crate::gather::parts::{GroupRows, Site};
 use crate::gather::reach::{Points, Reach, Standing};
@@ -97,7 +97,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let faint = this.settings.smooth && receiver.grid.is_some() && sampled && groups.is_none();
                 let (light, faint): (DirectLight<C>, _) = match receiver.bodies() {
                     [] => {
-                        let asked = Asked { groups, faint };
+                        let asked = Request { groups, faint };
                         let (light, faint) = direct_light_for(luminaires, receiver, &blockers, seed, advance, asked);
                         let seed = Seed(this.settings.seed).branch(PURPOSE_FAINT).branch(index as u64);
                         let faint = (!faint.is_empty()).then(|| FaintLight::new(faint, receiver.len(), seed));

@@ -13,13 +13,13 @@ const RUN: usize = 16;
 const RUN_PART: usize = 4;
 
 /// Points that are close to each other.
-pub(super) struct Block {
+pub(super) struct PointBlock {
     pub(super) points: Vec<usize>,
     /// Where each of its parts ends among the points.
     ends: Vec<usize>,
 }
 
-impl Block {
+impl PointBlock {
     /// Where the parts lie among the points.
     pub(super) fn parts(&self) -> impl Iterator<Item = Range<usize>> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
@@ -38,14 +38,14 @@ fn squares([columns, rows]: [(usize, usize); 2], side: usize) -> impl Iterator<I
 impl<const C: usize> Gather<'_, C> {
     /// The grid in squares of points, each in smaller squares. Without a grid, points that follow one another and face
     /// the same way, as samples of a triangle do; each sensor on its own.
-    pub(super) fn blocks(&self) -> Vec<Block> {
+    pub(super) fn blocks(&self) -> Vec<PointBlock> {
         let receiver = self.receiver;
         let Some([columns, rows]) = receiver.grid else {
             let most = if receiver.is_plane() { 1 } else { RUN };
-            let mut blocks: Vec<Block> = Vec::new();
+            let mut blocks: Vec<PointBlock> = Vec::new();
             for point in 0..receiver.len() {
                 match blocks.last_mut() {
-                    Some(Block { points, ends })
+                    Some(PointBlock { points, ends })
                         if points.len() < most && receiver.normal_at(points[0]) == receiver.normal_at(point) =>
                     {
                         points.push(point);
@@ -54,7 +54,7 @@ impl<const C: usize> Gather<'_, C> {
                             _ => ends.push(points.len()),
                         }
                     }
-                    _ => blocks.push(Block { points: vec![point], ends: vec![1] }),
+                    _ => blocks.push(PointBlock { points: vec![point], ends: vec![1] }),
                 }
             }
             return blocks;
@@ -73,7 +73,7 @@ impl<const C: usize> Gather<'_, C> {
         let (block, part) = BLOCKS.into_iter().find(|(side, _)| fits(*side)).unwrap_or(BLOCKS[2]);
         squares([(0, columns), (0, rows)], block)
             .map(|ranges| {
-                let mut block = Block { points: Vec::with_capacity(block * block), ends: Vec::new() };
+                let mut block = PointBlock { points: Vec::with_capacity(block * block), ends: Vec::new() };
                 for [across, along] in squares(ranges, part) {
                     for row in along.0..along.1 {
                         block.points.extend((across.0..across.1).map(|column| row * columns + column));

@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::emitter::{Emitter, Light, Source};
+use super::emitter::{EmittingPiece, LightSource, OpeningLight};
 use super::sample::Target;
 use crate::embree::RayCaster;
 use crate::random::Stream;
@@ -19,7 +19,7 @@ pub(super) const MOST_BLOCKERS_IF_STRONG: usize = 64;
 
 /// The faint luminaires of every point of a receiver.
 pub struct Faint<const C: usize> {
-    pub(super) emitters: Vec<Emitter<C>>,
+    pub(super) emitters: Vec<EmittingPiece<C>>,
     /// Where the faint ones of each point's block lie.
     pub(super) of_point: Vec<[u32; 2]>,
     /// Numbers of emitters, and the running sum of what they can bring at most, lx: starts anew with each block.
@@ -50,14 +50,14 @@ impl<const C: usize> Faint<C> {
         let index = drawn.partition_point(|&(_, upto)| upto <= at).min(drawn.len() - 1);
         let most = drawn[index].1 - if index > 0 { drawn[index - 1].1 } else { 0.0 };
         let emitter = &self.emitters[drawn[index].0 as usize];
-        let Source::Polygon(polygon) = &emitter.source else { return ([0.0; C], 0) };
+        let LightSource::Polygon(polygon) = &emitter.source else { return ([0.0; C], 0) };
         let ray = Target::Flat(polygon).aim(stream.uniform_pair(), start, normal, caster);
         if !(ray.weight > 0.0 && ray.weight.is_finite()) {
             return ([0.0; C], 0);
         }
         let lux = match &polygon.light {
-            Light::Lambertian(luminance) => luminance * polygon.area * ray.weight,
-            Light::Web(_) => ray.weight,
+            OpeningLight::Lambertian(luminance) => luminance * polygon.area * ray.weight,
+            OpeningLight::Web(_) => ray.weight,
         };
         let seen = lux * whole / most;
         let passed = caster.transmittance(start, ray.direction, ray.distance);

@@ -27,11 +27,11 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blocker::Blocker;
-use self::blockers::{Blockers, Bounds, Shaft};
-use self::blocks::Block;
-use self::emitter::{Emitter, Source, emitters};
+use self::blockers::{AxisBox, Blockers, Shaft};
+use self::blocks::PointBlock;
+use self::emitter::{EmittingPiece, LightSource, emitters};
 use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
-use self::view::View;
+use self::view::OpeningView;
 use self::visit::Visit;
 use super::receiver::Receiver;
 use crate::flux::photometric;
@@ -92,12 +92,12 @@ pub fn direct_light<const C: usize>(
     seed: Seed,
     progress: impl Fn(u64) + Sync,
 ) -> DirectLight<C> {
-    direct_light_for(luminaires, receiver, blockers, seed, progress, Asked::default()).0
+    direct_light_for(luminaires, receiver, blockers, seed, progress, Request::default()).0
 }
 
 /// What is asked for beside the light of all.
 #[derive(Clone, Copy, Default)]
-pub struct Asked<'a> {
+pub struct Request<'a> {
     /// The part of each of these light groups: some ns a point and luminaire more.
     pub groups: Option<&'a LightGroups>,
     /// That luminaires that are faint where much stands in their way are told instead of summed up.
@@ -111,10 +111,10 @@ pub fn direct_light_for<const C: usize>(
     blockers: &Blockers<'_>,
     seed: Seed,
     progress: impl Fn(u64) + Sync,
-    asked: Asked<'_>,
+    asked: Request<'_>,
 ) -> (DirectLight<C>, Faint<C>) {
     let emitters = emitters::<C>(luminaires);
-    let Asked { groups, faint } = asked;
+    let Request { groups, faint } = asked;
     let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups, faint };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
@@ -125,7 +125,7 @@ pub fn direct_light_for<const C: usize>(
     let found: Vec<LitBlock<C>> = gather(receiver.normal)
         .blocks()
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, block| {
+        .map_init(DirectScratch::default, |scratch, block| {
             scratch.rays = 0;
             let gather = gather(receiver.normal_at(block.points[0]));
             let mut by_group = gather.rows(block.points.len());
@@ -175,7 +175,7 @@ pub fn direct_light_for<const C: usize>(
 /// What the points of a block have got.
 struct LitBlock<const C: usize> {
     points: Vec<usize>,
-    sums: Vec<Sum<C>>,
+    sums: Vec<PointSum<C>>,
     /// Rows of E and of variances by light group.
     by_group: [Vec<f32>; 2],
     /// Emitters that are left to rays, and the running sum of what they can bring at most, lx.
@@ -190,7 +190,7 @@ fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
 
 /// What a point has got so far.
 #[derive(Clone, Copy)]
-struct Sum<const C: usize> {
+struct PointSum<const C: usize> {
     value: [f64; C],
     variance: f64,
     /// Photometric value, lx.
@@ -202,10 +202,10 @@ struct Sum<const C: usize> {
     open: bool,
 }
 
-impl<const C: usize> Sum<C> {
+impl<const C: usize> PointSum<C> {
     /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of its
     /// photometric value.
-    fn add(&mut self, emitter: &Emitter<C>, (lux, variance): ([f64; 3], f64)) {
+    fn add(&mut self, emitter: &EmittingPiece<C>, (lux, variance): ([f64; 3], f64)) {
         let tinted = emitter.tinted(lux);
         (0..C).for_each(|c| self.value[c] += tinted[c]);
         self.lux += if lux == [lux[0]; 3] { lux[0] * emitter.brightness } else { photometric(tinted) };
@@ -215,12 +215,12 @@ impl<const C: usize> Sum<C> {
 
 /// Buffers that are used again and again.
 #[derive(Default)]
-struct Scratch {
+struct DirectScratch {
     block: Vec<Blocker>,
     part: Vec<Blocker>,
     point: Vec<Blocker>,
     suspects: Vec<Blocker>,
-    view: View,
+    view: OpeningView,
     shares: Vec<f64>,
     rays: u64,
 }
@@ -237,7 +237,7 @@ struct Gather<'a, const C: usize> {
     receiver: &'a Receiver,
     up: DVec3,
     blockers: &'a Blockers<'a>,
-    emitters: &'a [Emitter<C>],
+    emitters: &'a [EmittingPiece<C>],
     seed: Seed,
     groups: Option<&'a LightGroups>,
     faint: bool,
@@ -254,20 +254,20 @@ impl<const C: usize> Gather<'_, C> {
         self.receiver.place(point)
     }
 
-    fn bounds(&self, points: &[usize]) -> Bounds {
-        Bounds::around(points.iter().map(|&point| self.receiver.start(point)))
-            .with(Bounds::around_exact(points.iter().map(|&point| self.place(point))))
+    fn bounds(&self, points: &[usize]) -> AxisBox {
+        AxisBox::around(points.iter().map(|&point| self.receiver.start(point)))
+            .with(AxisBox::around_exact(points.iter().map(|&point| self.place(point))))
     }
 
     /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
     /// until those left over can't matter any more.
     fn block(
         &self,
-        block: &Block,
+        block: &PointBlock,
         by_group: &mut [Vec<f64>; 2],
         faint: &mut Vec<(u32, f64)>,
-        scratch: &mut Scratch,
-    ) -> Vec<Sum<C>> {
+        scratch: &mut DirectScratch,
+    ) -> Vec<PointSum<C>> {
         let bounds = self.bounds(&block.points);
         let mut order: Vec<(f64, usize)> =
             self.emitters.iter().enumerate().map(|(i, emitter)| (emitter.most(&bounds, self.up), i)).collect();
@@ -276,7 +276,7 @@ impl<const C: usize> Gather<'_, C> {
         for i in (1..rest.len()).rev() {
             rest[i - 1] += rest[i];
         }
-        let none = Sum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
+        let none = PointSum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
         let mut sums = vec![none; block.points.len()];
         let mut before = Vec::new();
         for ((most, emitter), rest) in order.into_iter().zip(rest) {
@@ -313,11 +313,18 @@ impl<const C: usize> Gather<'_, C> {
     }
 
     /// Whether an emitter, which brings `most` lx at most, is left to rays at the points of a block.
-    fn is_faint(&self, emitter: usize, most: f64, bounds: &Bounds, sums: &[Sum<C>], scratch: &mut Scratch) -> bool {
+    fn is_faint(
+        &self,
+        emitter: usize,
+        most: f64,
+        bounds: &AxisBox,
+        sums: &[PointSum<C>],
+        scratch: &mut DirectScratch,
+    ) -> bool {
         let emitter = &self.emitters[emitter];
         let brightest = || sums.iter().fold(0.0_f64, |brightest, sum| brightest.max(sum.lux));
         self.faint
-            && matches!(emitter.source, Source::Polygon(_))
+            && matches!(emitter.source, LightSource::Polygon(_))
             && most > 0.0
             && most <= FAINT * brightest()
             && self.search(emitter, bounds, MOST_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
@@ -331,7 +338,7 @@ impl<const C: usize> Gather<'_, C> {
         groups.map(|width| vec![0.0; points * width])
     }
 
-    fn shaft(&self, emitter: &Emitter<C>, points: &Bounds) -> Shaft {
+    fn shaft(&self, emitter: &EmittingPiece<C>, points: &AxisBox) -> Shaft {
         let mut shaft = Shaft::between(points, &emitter.bounds);
         shaft.in_front_of(self.up, points.along(self.up)[0]);
         if let Some((normal, front)) = self.ahead(emitter, points) {
@@ -341,23 +348,23 @@ impl<const C: usize> Gather<'_, C> {
     }
 
     /// The plane just in front of a flat opening.
-    fn ahead(&self, emitter: &Emitter<C>, points: &Bounds) -> Option<(DVec3, f64)> {
+    fn ahead(&self, emitter: &EmittingPiece<C>, points: &AxisBox) -> Option<(DVec3, f64)> {
         match &emitter.source {
-            Source::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
+            LightSource::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
             _ => None,
         }
     }
 
     /// Height of the plane just in front of an opening: what lies behind it, the luminaire's own body for one, hides
     /// nothing.
-    fn front(&self, emitter: &Emitter<C>, normal: DVec3, points: &Bounds) -> f64 {
+    fn front(&self, emitter: &EmittingPiece<C>, normal: DVec3, points: &AxisBox) -> f64 {
         let largest = points.largest_coordinate().max(emitter.bounds.largest_coordinate());
         let step = self.blockers.caster.step_off(Vec3::ZERO, Vec3::X, largest).x;
         emitter.height(normal) + f64::from(step)
     }
 
     /// Finds what may stand between some points and an emitter, the largest first.
-    fn search(&self, emitter: &Emitter<C>, points: &Bounds, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
+    fn search(&self, emitter: &EmittingPiece<C>, points: &AxisBox, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
         found.clear();
         let ahead = self.ahead(emitter, points);
         let shaft = self.shaft(emitter, points);

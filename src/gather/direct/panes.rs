@@ -3,9 +3,9 @@
 
 use glam::DVec3;
 
-use super::emitter::{Light, grey};
+use super::emitter::{OpeningLight, grey};
 use super::polygon::{Pieces, Shadow};
-use super::web::Parts;
+use super::web::WebParts;
 use crate::embree::RayCaster;
 
 /// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is left of
@@ -26,12 +26,12 @@ pub(super) struct Shaded<'a> {
     pub(super) panes: &'a [PaneShadow],
     /// Largest coordinate of the opening's corners.
     pub(super) size: f64,
-    pub(super) light: &'a Light,
+    pub(super) light: &'a OpeningLight,
     pub(super) up: DVec3,
     pub(super) caster: &'a RayCaster,
     /// What all of it brings without panes, lx.
     pub(super) whole: f64,
-    pub(super) parts: &'a mut Parts,
+    pub(super) parts: &'a mut WebParts,
 }
 
 impl Shaded<'_> {

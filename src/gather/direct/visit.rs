@@ -4,13 +4,13 @@
 use glam::DVec3;
 
 use super::blocker::Blocker;
-use super::blockers::Bounds;
-use super::blocks::Block;
-use super::emitter::{Emitter, Light, MeshSource, PointSource, Source};
+use super::blockers::AxisBox;
+use super::blocks::PointBlock;
+use super::emitter::{EmittingPiece, LightSource, MeshSource, OpeningLight, PointSource};
 use super::panes::Shaded;
 use super::sample::{self, Target};
-use super::view::View;
-use super::{Gather, InTheWay, MOST_BLOCKERS, Scratch, Sum};
+use super::view::OpeningView;
+use super::{DirectScratch, Gather, InTheWay, MOST_BLOCKERS, PointSum};
 
 /// Where an opening can bring no more than this part of a point's light and more than [`MOST_BLOCKERS_IF_WEAK`] triangles
 /// are in its way, a single ray decides; but not where such rays would make a standard deviation above [`MOST_GLIMPSED`] of
@@ -30,11 +30,11 @@ pub(super) struct Visit<'v, 'a, const C: usize> {
     pub(super) gather: &'v Gather<'a, C>,
     /// Number of the emitter, and the emitter.
     pub(super) number: usize,
-    pub(super) emitter: &'v Emitter<C>,
+    pub(super) emitter: &'v EmittingPiece<C>,
     /// What it brings to a point of the block at most, lx.
     pub(super) most: f64,
     /// The box around the block's points.
-    pub(super) bounds: &'v Bounds,
+    pub(super) bounds: &'v AxisBox,
 }
 
 /// What is known to stand between an opening and a part of a block; `None` as long as no point has asked.
@@ -42,16 +42,16 @@ type ForPart = Option<InTheWay>;
 
 impl<const C: usize> Visit<'_, '_, C> {
     /// Adds the emitter's light to the points of the block that are open.
-    pub(super) fn add_to(&self, block: &Block, sums: &mut [Sum<C>], scratch: &mut Scratch) {
+    pub(super) fn add_to(&self, block: &PointBlock, sums: &mut [PointSum<C>], scratch: &mut DirectScratch) {
         match &self.emitter.source {
-            Source::Mesh(mesh) => self.add_mesh(mesh, block, sums, scratch),
-            Source::Point(point) => self.add_point(point, block, sums, scratch),
-            Source::Polygon(_) | Source::Body(_) => self.add_opening(block, sums, scratch),
+            LightSource::Mesh(mesh) => self.add_mesh(mesh, block, sums, scratch),
+            LightSource::Point(point) => self.add_point(point, block, sums, scratch),
+            LightSource::Polygon(_) | LightSource::Body(_) => self.add_opening(block, sums, scratch),
         }
     }
 
     /// A fine mesh, which is sampled.
-    fn add_mesh(&self, mesh: &MeshSource, block: &Block, sums: &mut [Sum<C>], scratch: &mut Scratch) {
+    fn add_mesh(&self, mesh: &MeshSource, block: &PointBlock, sums: &mut [PointSum<C>], scratch: &mut DirectScratch) {
         let (gather, seed) = (self.gather, self.gather.seed.branch(self.number as u64));
         for range in block.parts() {
             let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
@@ -71,7 +71,13 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 
     /// A luminaire without extent: seen or not, from each point.
-    fn add_point(&self, source: &PointSource, block: &Block, sums: &mut [Sum<C>], scratch: &mut Scratch) {
+    fn add_point(
+        &self,
+        source: &PointSource,
+        block: &PointBlock,
+        sums: &mut [PointSum<C>],
+        scratch: &mut DirectScratch,
+    ) {
         let gather = self.gather;
         let hidden = gather.search(self.emitter, self.bounds, 1, &mut scratch.block) != InTheWay::Nothing;
         for (&point, sum) in block.points.iter().zip(sums).filter(|(_, sum)| sum.open) {
@@ -85,7 +91,7 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 
     /// A flat opening or a body.
-    fn add_opening(&self, block: &Block, sums: &mut [Sum<C>], scratch: &mut Scratch) {
+    fn add_opening(&self, block: &PointBlock, sums: &mut [PointSum<C>], scratch: &mut DirectScratch) {
         let gather = self.gather;
         let source = &self.emitter.source;
         let Some(light) = source.light() else { return };
@@ -119,17 +125,17 @@ impl<const C: usize> Visit<'_, '_, C> {
 
     /// Whether the opening matters so little at a point that a single ray may decide; see [`WEAK`].
     #[inline]
-    fn is_weak(&self, sum: &Sum<C>) -> bool {
+    fn is_weak(&self, sum: &PointSum<C>) -> bool {
         let most = self.most;
         most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MOST_GLIMPSED * sum.lux).powi(2)
     }
 
     /// Of what is in the way of a block, what is in the way of a part of it.
-    fn narrow(&self, for_block: InTheWay, points: &[usize], scratch: &mut Scratch) -> ForPart {
+    fn narrow(&self, for_block: InTheWay, points: &[usize], scratch: &mut DirectScratch) -> ForPart {
         match for_block {
             InTheWay::Nothing => Some(InTheWay::Nothing),
             InTheWay::Few => {
-                let Scratch { block, part, .. } = scratch;
+                let DirectScratch { block, part, .. } = scratch;
                 let shaft = self.gather.shaft(self.emitter, &self.gather.bounds(points));
                 part.clear();
                 part.extend(block.iter().filter(|blocker| shaft.meets(blocker.corners())));
@@ -148,7 +154,7 @@ impl<const C: usize> Visit<'_, '_, C> {
         points: &[usize],
         weak: bool,
         for_part: &mut ForPart,
-        scratch: &mut Scratch,
+        scratch: &mut DirectScratch,
     ) -> Option<(InTheWay, bool)> {
         let gather = self.gather;
         if !weak && !matches!(for_part, Some(InTheWay::Nothing | InTheWay::Few)) {
@@ -175,10 +181,10 @@ impl<const C: usize> Visit<'_, '_, C> {
         point: usize,
         weak: bool,
         (in_the_way, alone): (InTheWay, bool),
-        (light, lux): (&Light, f64),
-        scratch: &mut Scratch,
+        (light, lux): (&OpeningLight, f64),
+        scratch: &mut DirectScratch,
     ) -> Option<[f64; 3]> {
-        let Scratch { part, point: own, view, .. } = scratch;
+        let DirectScratch { part, point: own, view, .. } = scratch;
         let list = if alone { own } else { part };
         match in_the_way {
             InTheWay::Nothing => Some([lux; 3]),
@@ -191,15 +197,15 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 
     /// The same by shadow rays, and its variance, lx².
-    fn sampled(&self, point: usize, lux: f64, weak: bool, scratch: &mut Scratch) -> ([f64; 3], f64) {
+    fn sampled(&self, point: usize, lux: f64, weak: bool, scratch: &mut DirectScratch) -> ([f64; 3], f64) {
         let gather = self.gather;
         let mut stream = gather.seed.branch(self.number as u64).stream(point as u64);
         let (start, caster) = (gather.receiver.start(point), gather.blockers.caster);
         let normal = gather.up.as_vec3();
         let target = match &self.emitter.source {
-            Source::Body(body) => Target::body(body, &scratch.view.whole),
-            Source::Polygon(polygon) => Target::Flat(polygon),
-            Source::Point(_) | Source::Mesh(_) => return ([0.0; 3], 0.0),
+            LightSource::Body(body) => Target::body(body, &scratch.view.whole),
+            LightSource::Polygon(polygon) => Target::Flat(polygon),
+            LightSource::Point(_) | LightSource::Mesh(_) => return ([0.0; 3], 0.0),
         };
         let seen = if weak {
             sample::glimpse(&target, start, normal, caster, &mut stream)
@@ -212,9 +218,9 @@ impl<const C: usize> Visit<'_, '_, C> {
 
     /// Whether it can be shown that all of the opening observed last is hidden: rays to what is still lit find triangles,
     /// whose shadows are cut out, until nothing is lit or a ray gets through.
-    fn is_hidden(&self, point: usize, scratch: &mut Scratch) -> bool {
+    fn is_hidden(&self, point: usize, scratch: &mut DirectScratch) -> bool {
         let gather = self.gather;
-        let Scratch { suspects, view, rays, .. } = scratch;
+        let DirectScratch { suspects, view, rays, .. } = scratch;
         let source = &self.emitter.source;
         let ahead = gather.ahead(self.emitter, self.bounds);
         let start = gather.receiver.start(point);
@@ -236,7 +242,7 @@ impl<const C: usize> Visit<'_, '_, C> {
                     let [here, there] = [eye.dot(normal), (eye + to).dot(normal)];
                     to.length() * ((here - front) / (here - there)).clamp(0.0, 1.0)
                 }
-                (Source::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
+                (LightSource::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
                 _ => 0.0,
             };
             let caster = gather.blockers.caster;
@@ -253,19 +259,25 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 
     /// Illuminance (lx) by what is still lit of the opening observed last, through panes.
-    fn lit(&self, view: &mut View, light: &Light, whole: f64) -> [f64; 3] {
+    fn lit(&self, view: &mut OpeningView, light: &OpeningLight, whole: f64) -> [f64; 3] {
         let gather = self.gather;
         if view.panes.is_empty() {
             return [light.sum(&view.lit, gather.up, whole, &mut view.parts); 3];
         }
-        let View { panes, lit, size, parts, .. } = view;
+        let OpeningView { panes, lit, size, parts, .. } = view;
         Shaded { panes, size: *size, light, up: gather.up, caster: gather.blockers.caster, whole, parts }.sum(lit)
     }
 }
 
 /// Cuts the shadows of blockers out of the opening observed last, and keeps those that hide some of it for the next points;
 /// whether there is any.
-fn hide_all(found: &[Blocker], source: &Source, eye: DVec3, view: &mut View, suspects: &mut Vec<Blocker>) -> bool {
+fn hide_all(
+    found: &[Blocker],
+    source: &LightSource,
+    eye: DVec3,
+    view: &mut OpeningView,
+    suspects: &mut Vec<Blocker>,
+) -> bool {
     let mut hides = false;
     for blocker in found {
         if view.hide(blocker, source, eye) {

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::blockers::Bounds;
+use super::blockers::AxisBox;
 use super::polygon::{Pieces, lambert};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
@@ -40,11 +40,11 @@ pub(super) struct WebLight {
     most: f64,
     /// Width of parts, rad.
     width: f64,
-    shape: Shape,
+    shape: SeenShape,
 }
 
 /// What is seen.
-pub(super) enum Shape {
+pub(super) enum SeenShape {
     /// A flat opening: its area, normal, and two axes in it.
     Flat {
         area: f64,
@@ -54,7 +54,7 @@ pub(super) enum Shape {
     Body(Body),
 }
 
-impl Shape {
+impl SeenShape {
     pub(super) fn flat(area: f64, normal: DVec3) -> Self {
         Self::Flat { area, normal, axes: normal.any_orthonormal_pair().into() }
     }
@@ -62,14 +62,14 @@ impl Shape {
 
 /// Buffers that are used again and again.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct WebParts {
     open: Pieces,
     part: Vec<DVec3>,
     flattened: Vec<DVec3>,
 }
 
 /// What becomes of a part.
-enum Fate {
+enum PartFate {
     /// Its illuminance, lx.
     Done(f64),
     /// To be halved along the plane n · x = height.
@@ -78,7 +78,7 @@ enum Fate {
 
 impl WebLight {
     /// `most` is the largest intensity (cd) towards where it shines.
-    pub(super) fn new(measured: &Measured, flux: f64, most: f64, shape: Shape) -> Self {
+    pub(super) fn new(measured: &Measured, flux: f64, most: f64, shape: SeenShape) -> Self {
         let width = (PART_OF_SCALE * measured.web().scale()).clamp(WIDTHS[0], WIDTHS[1]);
         Self { measured: measured.clone(), flux, most, width, shape }
     }
@@ -92,9 +92,9 @@ impl WebLight {
         pieces: impl Iterator<Item = &'a [DVec3]>,
         up: DVec3,
         whole: f64,
-        parts: &mut Parts,
+        parts: &mut WebParts,
     ) -> f64 {
-        let Parts { open, part, flattened } = parts;
+        let WebParts { open, part, flattened } = parts;
         open.clear();
         pieces.for_each(|piece| open.push(piece));
         let (mut sum, mut looked_at) = (0.0, 0);
@@ -105,8 +105,8 @@ impl WebLight {
                 continue;
             }
             match self.part(part, up, whole, sum, flattened) {
-                Fate::Done(lux) => sum += lux,
-                Fate::Halve(normal, height) => open.push_halves(part, normal, height),
+                PartFate::Done(lux) => sum += lux,
+                PartFate::Halve(normal, height) => open.push_halves(part, normal, height),
             }
         }
         sum.max(0.0)
@@ -117,34 +117,34 @@ impl WebLight {
     fn kernel(&self, to: DVec3, up: DVec3) -> (f64, f64) {
         let square = to.length_squared();
         let area = match &self.shape {
-            Shape::Flat { area, .. } => *area,
+            SeenShape::Flat { area, .. } => *area,
             // The plane is at distance 1, and solid angle on it 1/d³; the area seen is for a vector of length d.
-            Shape::Body(body) => body.projected_area(to),
+            SeenShape::Body(body) => body.projected_area(to),
         };
         let times = to.dot(up) / (square * square.sqrt() * area);
         if times.is_finite() { (times, self.flux * self.measured.at(-to)) } else { (0.0, 0.0) }
     }
 
-    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, flattened: &mut Vec<DVec3>) -> Fate {
+    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, flattened: &mut Vec<DVec3>) -> PartFate {
         let (corners, axes) = match &self.shape {
-            Shape::Flat { axes, .. } => (part, *axes),
-            Shape::Body(_) => {
+            SeenShape::Flat { axes, .. } => (part, *axes),
+            SeenShape::Body(_) => {
                 let count = part.len();
                 let middle: DVec3 =
                     (0..count).map(|i| part[(i + 1) % count].normalize().cross(part[i].normalize())).sum();
-                let Some(middle) = middle.try_normalize() else { return Fate::Done(0.0) };
+                let Some(middle) = middle.try_normalize() else { return PartFate::Done(0.0) };
                 let cosine = |corner: &DVec3| corner.dot(middle) / corner.length();
                 let farthest = part.iter().min_by(|a, b| cosine(a).total_cmp(&cosine(b)));
                 if let Some(farthest) = farthest.filter(|corner| cosine(corner) < NARROW) {
-                    return Fate::Halve(farthest - middle * middle.dot(*farthest), 0.0);
+                    return PartFate::Halve(farthest - middle * middle.dot(*farthest), 0.0);
                 }
                 flattened.clear();
                 flattened.extend(part.iter().map(|corner| corner / corner.dot(middle)));
                 (flattened.as_slice(), middle.any_orthonormal_pair().into())
             }
         };
-        let Some(Moments { area, centre, spread: [long, short] }) = Moments::of(corners, axes) else {
-            return Fate::Done(0.0);
+        let Some(PolygonMoments { area, centre, spread: [long, short] }) = PolygonMoments::of(corners, axes) else {
+            return PartFate::Done(0.0);
         };
         let (times, candela) = self.kernel(centre, up);
         let by_centre = area * times * candela;
@@ -164,13 +164,15 @@ impl WebLight {
             && lopsided * by_nodes.abs() <= LOPSIDED * light;
         let settled = difference <= TOO_LITTLE * light || even;
         if !wide && settled {
-            return Fate::Done(by_nodes);
+            return PartFate::Done(by_nodes);
         }
         let across = long.normalize_or_zero();
         match &self.shape {
-            Shape::Flat { .. } => Fate::Halve(across, across.dot(centre)),
+            SeenShape::Flat { .. } => PartFate::Halve(across, across.dot(centre)),
             // Through the point and the centroid, across the longer axis.
-            Shape::Body(_) => Fate::Halve(across - centre * (across.dot(centre) / centre.length_squared()), 0.0),
+            SeenShape::Body(_) => {
+                PartFate::Halve(across - centre * (across.dot(centre) / centre.length_squared()), 0.0)
+            }
         }
     }
 
@@ -184,14 +186,14 @@ impl WebLight {
     /// Luminance towards a unit vector, cd/m².
     pub(super) fn luminance(&self, direction: DVec3) -> f64 {
         let area = match &self.shape {
-            Shape::Flat { area, normal, .. } => area * normal.dot(direction).abs().max(FLATTEST),
-            Shape::Body(body) => body.projected_area(direction),
+            SeenShape::Flat { area, normal, .. } => area * normal.dot(direction).abs().max(FLATTEST),
+            SeenShape::Body(body) => body.projected_area(direction),
         };
         self.flux * self.measured.at(direction) / area
     }
 
     /// Largest intensity towards points of a box from one that holds the luminaire, cd.
-    pub(super) fn most(&self, shining: &Bounds, points: &Bounds) -> f64 {
+    pub(super) fn most(&self, shining: &AxisBox, points: &AxisBox) -> f64 {
         self.most.min(self.flux * most_towards(&self.measured, shining, points))
     }
 
@@ -202,7 +204,7 @@ impl WebLight {
 }
 
 /// Largest intensity from points of one box towards points of another, cd/lm.
-pub(super) fn most_towards(measured: &Measured, shining: &Bounds, points: &Bounds) -> f64 {
+pub(super) fn most_towards(measured: &Measured, shining: &AxisBox, points: &AxisBox) -> f64 {
     let aim = measured.aim();
     let ([from_low, from_high], [to_low, to_high]) = (shining.along(aim), points.along(aim));
     let (low, high) = (to_low - from_high, to_high - from_low);
@@ -231,14 +233,14 @@ fn fall(a: f64, b: f64) -> f64 {
 }
 
 /// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second moments.
-struct Moments {
+struct PolygonMoments {
     area: f64,
     centre: DVec3,
     /// The longer first.
     spread: [DVec3; 2],
 }
 
-impl Moments {
+impl PolygonMoments {
     /// Of a polygon in the plane of two axes at right angles; nothing if it has no area.
     fn of(corners: &[DVec3], [u, v]: [DVec3; 2]) -> Option<Self> {
         let &[first, second, ref rest @ ..] = corners else { return None };
@@ -294,7 +296,7 @@ mod tests {
             vec![at(0.0, 0.0), at(1.0, 0.2), at(-0.3, 2.0)],
             vec![at(0.1, 0.1), at(0.4, -1.0), at(3.0, 2.0), at(0.0, 1.0)],
         ] {
-            let Moments { area, centre, spread: [a, b] } = Moments::of(&corners, plane).expect("an area");
+            let PolygonMoments { area, centre, spread: [a, b] } = PolygonMoments::of(&corners, plane).expect("an area");
             let functions: [fn(DVec3) -> f64; 6] =
                 [|_| 1.0, |p| p.x, |p| p.z, |p| p.x * p.x, |p| p.x * p.z, |p| p.z * p.z];
             for f in functions {

@@ -23,7 +23,7 @@ pub fn bytes_per_point(channels: u64, is_paper: bool) -> u64 {
 }
 
 /// Sums over the sets of photons of several estimates at each point, side by side, and which of them was chosen.
-struct Sums<const C: usize> {
+struct DensitySums<const C: usize> {
     /// Estimates of a point.
     of_point: usize,
     /// Point by point.
@@ -42,7 +42,7 @@ struct GroupedSums {
     rows: Vec<Sum>,
 }
 
-impl<const C: usize> Sums<C> {
+impl<const C: usize> DensitySums<C> {
     fn new(points: usize, of_point: usize, groups: Option<(&LightGroups, usize)>) -> Self {
         let groups = groups.map(|(groups, variances)| {
             let width = groups.width::<C>();
@@ -107,7 +107,7 @@ impl<const C: usize> Sums<C> {
 
 /// Light that met a diffuse surface, as the density of the k nearest photons.
 pub struct SmoothDensity<const C: usize> {
-    sums: Sums<C>,
+    sums: DensitySums<C>,
     /// Multiples of k that stand side by side.
     scales: &'static [f64],
     /// Whether the user has said k.
@@ -118,7 +118,7 @@ impl<const C: usize> SmoothDensity<C> {
     /// None yet at so many points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, fixed: bool, groups: Option<(&LightGroups, usize)>) -> Self {
         let scales = Self::scales(fixed);
-        Self { sums: Sums::new(points, scales.len(), groups), scales, fixed }
+        Self { sums: DensitySums::new(points, scales.len(), groups), scales, fixed }
     }
 
     /// Multiples of k that stand side by side.
@@ -177,7 +177,7 @@ const SMALLEST_SHARE: f64 = 1e-6;
 
 /// Light with edges at single points, over discs each of half the radius of the one before.
 pub struct Discs<const C: usize> {
-    sums: Sums<C>,
+    sums: DensitySums<C>,
     /// Radius of the widest disc, and the least of any, m.
     widest: f32,
     floor: f32,
@@ -186,7 +186,7 @@ pub struct Discs<const C: usize> {
 impl<const C: usize> Discs<C> {
     /// None yet at so many points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, widest: f32, floor: f32, groups: Option<(&LightGroups, usize)>) -> Self {
-        Self { sums: Sums::new(points, LADDER, groups), widest, floor }
+        Self { sums: DensitySums::new(points, LADDER, groups), widest, floor }
     }
 }
 

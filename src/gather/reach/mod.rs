@@ -98,13 +98,13 @@ impl Points<'_> {
 }
 
 /// Points of one receiver between which light can pass.
-struct Part {
+struct SpacePart {
     receiver: usize,
     points: Vec<u32>,
 }
 
 /// Tells the points of those parts of space that are decided; returns the others.
-fn settle(parts: Vec<Part>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<Part> {
+fn settle(parts: Vec<SpacePart>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<SpacePart> {
     let mut left = Vec::new();
     for (part, decided) in parts.into_iter().zip(decided) {
         if *decided {
@@ -166,13 +166,13 @@ impl<'a> Reach<'a> {
         is_lit: impl Fn(usize, usize) -> bool + Sync,
     ) -> Vec<Vec<Standing>> {
         let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_look(asked)).collect();
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<SpacePart> = Vec::new();
         for (receiver, asked) in asked.iter().enumerate() {
             parts.extend(self.flood(receiver, asked.receiver, &mut found[receiver]));
         }
         // The largest first: they have most of what may be spent. (The order of equals is kept.)
         parts.sort_by_key(|part| std::cmp::Reverse(part.points.len()));
-        let of = |part: &Part| asked[part.receiver].receiver;
+        let of = |part: &SpacePart| asked[part.receiver].receiver;
         let near = self.all(&parts, |part| self.is_near_light(of(part), part));
         let parts = settle(parts, &near, Standing::Place, &mut found);
         if parts.is_empty() {
@@ -189,14 +189,14 @@ impl<'a> Reach<'a> {
         self.look_through_gaps(&shells);
         let arrive = self.walk_long(asked, &parts);
         let parts = settle(parts, &arrive, Standing::Place, &mut found);
-        let is_lit = |part: &Part| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
+        let is_lit = |part: &SpacePart| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
         let lit = self.all(&parts, is_lit);
         settle(parts, &lit, Standing::Place, &mut found);
         found
     }
 
     /// An answer for each part of space.
-    fn all(&self, parts: &[Part], verdict: impl Fn(&Part) -> bool + Sync + Send) -> Vec<bool> {
+    fn all(&self, parts: &[SpacePart], verdict: impl Fn(&SpacePart) -> bool + Sync + Send) -> Vec<bool> {
         parts.par_iter().map(verdict).collect()
     }
 
@@ -228,7 +228,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Whether some ways and short walks from a part's points meet light.
-    fn is_near_light(&self, receiver: &Receiver, part: &Part) -> bool {
+    fn is_near_light(&self, receiver: &Receiver, part: &SpacePart) -> bool {
         let mut stream = self.stream_of(part, 2);
         let point = |attempt: u32| part.points[attempt as usize % part.points.len()] as usize;
         (0..PART_TRIES).any(|attempt| self.sees_light(receiver.start(point(attempt)), attempt, &mut stream))
@@ -237,9 +237,9 @@ impl<'a> Reach<'a> {
 
     /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short walks
     /// come first; what they reach is lit for the others.
-    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[Part]) -> Vec<bool> {
-        let of = |part: &Part| asked[part.receiver].receiver;
-        let wanted = |part: &Part| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
+    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[SpacePart]) -> Vec<bool> {
+        let of = |part: &SpacePart| asked[part.receiver].receiver;
+        let wanted = |part: &SpacePart| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
         let wanted: Vec<f64> = parts.iter().map(wanted).collect();
         let mut arrived = vec![false; parts.len()];
         let (mut left, mut round) = (MOST_IN_ALL, 0);
@@ -268,7 +268,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Whether [`ARRIVALS`] of some walks from a part's points arrive.
-    fn walks_arrive(&self, receiver: &Receiver, part: &Part, bounces: f64, round: u64) -> bool {
+    fn walks_arrive(&self, receiver: &Receiver, part: &SpacePart, bounces: f64, round: u64) -> bool {
         let walks = (bounces / f64::from(LONG)).ceil() as usize;
         let arrives = |walk: &usize| {
             let mut stream = self.stream_of(part, 6 + (round << 32) + *walk as u64);
@@ -278,7 +278,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Random numbers for a part of space.
-    fn stream_of(&self, part: &Part, purpose: u64) -> Stream {
+    fn stream_of(&self, part: &SpacePart, purpose: u64) -> Stream {
         self.seed.branch(purpose).branch(part.receiver as u64).stream(u64::from(part.points[0]))
     }
 }

@@ -24,7 +24,7 @@ const ROUNDS: u64 = 6;
 const MOST_POINTS: usize = 8192;
 
 /// What is seen from beside a rim.
-enum View {
+enum RimView {
     /// No light.
     Dark,
     /// Light: and these points, which were not known to be lit; and whether the ways out of the scene are.
@@ -43,13 +43,13 @@ impl Reach<'_> {
             .enumerate()
             .collect();
         for round in 0..ROUNDS {
-            let views: Vec<View> = left.par_iter().map(|&(rim, point)| self.view(rim, point, round)).collect();
+            let views: Vec<RimView> = left.par_iter().map(|&(rim, point)| self.view(rim, point, round)).collect();
             let (mut new, mut dark) = (Vec::new(), Vec::new());
             let was_open = self.open;
             for (rim, view) in left.into_iter().zip(views) {
                 match view {
-                    View::Dark => dark.push(rim),
-                    View::Lit(points, open) => {
+                    RimView::Dark => dark.push(rim),
+                    RimView::Lit(points, open) => {
                         new.extend(points);
                         self.open |= open;
                     }
@@ -65,7 +65,7 @@ impl Reach<'_> {
         }
     }
 
-    fn view(&self, rim: usize, point: Vec3, round: u64) -> View {
+    fn view(&self, rim: usize, point: Vec3, round: u64) -> RimView {
         let mut stream = self.seed.branch(5).branch(round).stream(rim as u64);
         let ends: Vec<Option<Vec3>> = (0..RAYS).map(|_| self.landing(point, stream.on_sphere())).collect();
         let out = ends.iter().filter(|end| end.is_none()).count();
@@ -79,10 +79,10 @@ impl Reach<'_> {
             }
         }
         if lit < AGREE {
-            return View::Dark;
+            return RimView::Dark;
         }
         unlit.retain(|&end| !(0..MORE_TRIES).any(|attempt| self.sees_light(end, attempt, &mut stream)));
         let new = if unlit.len() < AGREE { Vec::new() } else { unlit };
-        View::Lit(new, out >= AGREE)
+        RimView::Lit(new, out >= AGREE)
     }
 }

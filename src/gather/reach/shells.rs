@@ -32,13 +32,13 @@ const STRAIGHT: f64 = 0.25;
 pub(super) struct Shells<'a> {
     mesh: &'a Mesh,
     /// The smallest first.
-    bodies: Vec<Body>,
+    bodies: Vec<ClosedBody>,
     /// Middles of edges at which a face ends, and of those at which two meet at an angle; and the direction that leads away
     /// from the faces.
     pub(super) rims: Vec<(Vec3, Vec3)>,
 }
 
-struct Body {
+struct ClosedBody {
     triangles: Vec<u32>,
     low: DVec3,
     high: DVec3,
@@ -50,10 +50,10 @@ impl<'a> Shells<'a> {
     /// Finds the closed bodies among the faces whose material is opaque. Cost: that of sorting all edges.
     pub(super) fn of(mesh: &'a Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Self {
         let welded = weld(mesh, is_opaque);
-        let edges = Edges::of(&welded);
+        let edges = FaceEdges::of(&welded);
         let rims = edges.rims(mesh, &welded);
-        let mut bodies: Vec<Body> =
-            edges.closed(&welded).into_iter().map(|faces| Body::new(mesh, &welded, &faces)).collect();
+        let mut bodies: Vec<ClosedBody> =
+            edges.closed(&welded).into_iter().map(|faces| ClosedBody::new(mesh, &welded, &faces)).collect();
         bodies.sort_by_key(|body| body.triangles.len());
         Self { mesh, bodies, rims }
     }
@@ -72,8 +72,8 @@ impl<'a> Shells<'a> {
     }
 }
 
-impl Body {
-    fn new(mesh: &Mesh, welded: &[Face], faces: &[u32]) -> Self {
+impl ClosedBody {
+    fn new(mesh: &Mesh, welded: &[OpaqueFace], faces: &[u32]) -> Self {
         let triangles: Vec<u32> = faces.iter().map(|&face| welded[face as usize].number).collect();
         let corners = || triangles.iter().flat_map(|&number| mesh.corners(number as usize));
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
@@ -114,13 +114,13 @@ fn crosses([a, b, c]: [DVec3; 3], towards: DVec3) -> Option<bool> {
 }
 
 /// An opaque triangle between welded corners, and its number in the mesh.
-struct Face {
+struct OpaqueFace {
     number: u32,
     corners: [u32; 3],
 }
 
 /// Opaque faces; corners at the same place get the same number. Triangles that have no three places are left out.
-fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
+fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<OpaqueFace> {
     let key = |vertex: u32| mesh.vertices[vertex as usize].map(|x| (x + 0.0).to_bits()); // −0 is 0
     let mut order: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     order.par_sort_unstable_by_key(|&vertex| (key(vertex), vertex));
@@ -132,25 +132,25 @@ fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
         let corners = mesh.triangles[number].map(|vertex| first[vertex as usize]);
         let [a, b, c] = corners;
         let counts = a != b && b != c && c != a && is_opaque(mesh.material_of[number] as usize);
-        counts.then_some(Face { number: number as u32, corners })
+        counts.then_some(OpaqueFace { number: number as u32, corners })
     };
     (0..mesh.triangles.len()).into_par_iter().filter_map(face).collect()
 }
 
 /// Every edge with the faces that use it.
-struct Edges {
+struct FaceEdges {
     /// Corners of the edge and a face, sorted.
     uses: Vec<([u32; 2], u32)>,
     /// Where the uses of each edge start, and their end.
     starts: Vec<u32>,
 }
 
-impl Edges {
-    fn of(faces: &[Face]) -> Self {
+impl FaceEdges {
+    fn of(faces: &[OpaqueFace]) -> Self {
         let mut uses: Vec<([u32; 2], u32)> = faces
             .par_iter()
             .enumerate()
-            .flat_map_iter(|(face, Face { corners: [a, b, c], .. })| {
+            .flat_map_iter(|(face, OpaqueFace { corners: [a, b, c], .. })| {
                 [[a, b], [b, c], [c, a]].map(|[from, to]| ([*from.min(to), *from.max(to)], face as u32))
             })
             .collect();
@@ -171,7 +171,7 @@ impl Edges {
 
     /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are peeled
     /// off, one after the other.
-    fn closed(&self, faces: &[Face]) -> Vec<Vec<u32>> {
+    fn closed(&self, faces: &[OpaqueFace]) -> Vec<Vec<u32>> {
         let stays = self.peeled(faces.len());
         let mut sets = Sets::new(faces.len());
         let left = |edge: usize| self.uses(edge).iter().map(|&(_, face)| face).filter(|&face| stays[face as usize]);
@@ -222,7 +222,7 @@ impl Edges {
     }
 
     /// See [`Shells::rims`]; free edges first.
-    fn rims(&self, mesh: &Mesh, faces: &[Face]) -> Vec<(Vec3, Vec3)> {
+    fn rims(&self, mesh: &Mesh, faces: &[OpaqueFace]) -> Vec<(Vec3, Vec3)> {
         let place = |corner: u32| DVec3::from(mesh.vertices[corner as usize].map(f64::from));
         let rim = |edge: usize| {
             let uses = self.uses(edge);

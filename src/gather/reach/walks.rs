@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Part, Reach};
+use super::{Reach, SpacePart};
 use crate::gather::receiver::Receiver;
 use crate::photon::emit::Front;
 use crate::random::Stream;
@@ -80,7 +80,7 @@ impl Reach<'_> {
     }
 
     /// Root mean square of the legs of some walks from a part of space, m: how large it is.
-    pub(super) fn cavity(&self, receiver: &Receiver, part: &Part) -> f64 {
+    pub(super) fn cavity(&self, receiver: &Receiver, part: &SpacePart) -> f64 {
         let mut stream = self.stream_of(part, 3);
         let (mut sum, mut legs) = (0.0, 0.0_f64);
         for walk in 0..PILOTS {

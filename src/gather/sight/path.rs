@@ -7,7 +7,7 @@ use super::{Last, Origins, Records, Sight, cross_glass, cross_pane};
 use crate::embree::Hit;
 use crate::flux::{Flux, photometric};
 use crate::photon::media::Media;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror};
+use crate::photon::surface::{Gloss, Layers, SurfaceOptics, mirror};
 use crate::photon::trace::BOUNCE_CAP;
 use crate::random::Stream;
 use crate::scene::glazing::Curves;
@@ -93,8 +93,8 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
             hit.distance += self.before_panes;
             self.before_panes = 0.0;
             let goes_on = match &sight.surfaces[hit.material as usize] {
-                Surface::Pane(curves) => self.meet_pane(curves, &hit, facing),
-                Surface::Glass { .. } => {
+                SurfaceOptics::Pane(curves) => self.meet_pane(curves, &hit, facing),
+                SurfaceOptics::Glass { .. } => {
                     self.direction =
                         cross_glass(&sight.surfaces, &hit, self.direction, facing, &mut self.media, self.stream);
                     self.absorption = self.media.absorption(&sight.surfaces);
