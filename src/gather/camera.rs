@@ -36,7 +36,7 @@ pub struct Eye<'a, const C: usize> {
 
 /// What one ray of a camera saw.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<const C: usize> {
+pub struct CameraSample<const C: usize> {
     /// The first opaque surface; `None` where there is none.
     pub surface: Option<SeenSurface<C>>,
     /// Luminance towards the eye, cd/m².
@@ -82,10 +82,10 @@ pub struct Draw<'s> {
 impl<const C: usize> Eye<'_, C> {
     /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what photons
     /// blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
-    pub fn look(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> Seen<C> {
+    pub fn observe(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> CameraSample<C> {
         *draw.rays += 1;
         let Some(first) = self.caster.closest_hit(origin, direction, f32::INFINITY) else {
-            return Seen { surface: None, luminance: [0.0; C] };
+            return CameraSample { surface: None, luminance: [0.0; C] };
         };
         let behind = through_glass(self.sight, self.caster, first, direction, draw.rays);
         let surface = behind.map(|(hit, direction)| {
@@ -95,7 +95,7 @@ impl<const C: usize> Eye<'_, C> {
         });
         // Without glass in between, the light at that surface serves both.
         let known = surface.filter(|_| self.sight.surface(&first).is_landed_on());
-        Seen { surface, luminance: self.luminance(first, direction, known.map(|surface| surface.light), draw) }
+        CameraSample { surface, luminance: self.luminance(first, direction, known.map(|surface| surface.light), draw) }
     }
 
     /// Light that arrives at a surface on the side of its unit normal `normal`.

@@ -12,7 +12,7 @@ use crate::embree::RayCaster;
 use crate::random::low_discrepancy;
 
 /// Points of a side of a cell's edge that its middle looks at: what cuts the cell stands before one of them.
-const LOOKS: usize = 8;
+const EDGE_POINTS: usize = 8;
 
 /// How far towards the edge it looks: a wall along the edge does not cut the cell.
 const NEARLY: f32 = 0.999;
@@ -30,7 +30,7 @@ pub struct Cells {
 
 impl Cells {
     /// Looks at what stands in the cells that have a value. Cost: 32 short rays a cell, 256 more in those that are cut.
-    pub fn look(receiver: &Receiver, has_value: &[bool], caster: &RayCaster) -> Self {
+    pub fn measure(receiver: &Receiver, has_value: &[bool], caster: &RayCaster) -> Self {
         let [width, depth] = receiver.cell;
         let whole = f64::from(width) * f64::from(depth);
         let of = |point: usize| {
@@ -42,7 +42,7 @@ impl Cells {
                 let at = [a + share * (x - 0.5) * width, b + share * (y - 0.5) * depth];
                 sees(receiver, point, at, caster)
             };
-            if (0..4 * LOOKS).all(|step| seen(on_edge(step), NEARLY)) {
+            if (0..4 * EDGE_POINTS).all(|step| seen(on_edge(step), NEARLY)) {
                 return (whole, false);
             }
             let free = (0..POINTS).filter(|&index| seen(spread(index), 1.0)).count();
@@ -76,8 +76,8 @@ fn sees(receiver: &Receiver, point: usize, [a, b]: [f32; 2], caster: &RayCaster)
 
 /// Points on the edge of the unit square, its corners among them.
 fn on_edge(step: usize) -> [f32; 2] {
-    let along = (step % LOOKS) as f32 / LOOKS as f32;
-    match step / LOOKS {
+    let along = (step % EDGE_POINTS) as f32 / EDGE_POINTS as f32;
+    match step / EDGE_POINTS {
         0 => [along, 0.0],
         1 => [1.0, along],
         2 => [1.0 - along, 1.0],

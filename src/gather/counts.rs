@@ -25,7 +25,7 @@ use crate::state::Sum;
 use crate::state::tape::Tape;
 
 /// Rays that look for the nearest surface about a body, whose disc must not reach it.
-const LOOKS: u64 = 256;
+const RAYS: u64 = 256;
 
 /// What photons brought to each point of a receiver.
 pub struct Counts<const C: usize> {
@@ -108,7 +108,7 @@ impl Watched<'_> {
         let around = |(point, &body): (usize, &MeasuredBody)| {
             let at = receiver.start(point);
             let mut stream: Stream = Seed(0).stream(point as u64);
-            let ends = (0..LOOKS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));
+            let ends = (0..RAYS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));
             let nearest = ends.map(|hit| 0.9 * hit.distance).fold(radius, f32::min).max(floor);
             (body, at, nearest * nearest)
         };

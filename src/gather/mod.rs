@@ -16,7 +16,7 @@ pub mod reach;
 pub mod receiver;
 pub mod sight;
 pub mod smooth;
-pub mod surroundings;
+pub mod visible;
 pub mod witness;
 
 pub use receiver::Receiver;

@@ -32,7 +32,7 @@ const BRIGHT: f64 = 2.5;
 /// Directions in which several points of a patch look for what hides one and not another.
 const WAYS: usize = 16;
 /// More patches than this are not made: they become larger instead.
-const MOST_PATCHES: f64 = 2e6;
+const MAX_PATCHES: f64 = 2e6;
 
 /// No patch.
 const NONE: u32 = u32::MAX;
@@ -143,7 +143,7 @@ impl PatchGrid {
         };
         let patches = |corners: [Vec3; 3]| f64::from(doubled(corners)) / wider(corners, size).powi(2);
         let total: f64 = mesh.triangles.iter().map(|triangle| patches(corners(triangle))).sum();
-        let size = size.max((total / MOST_PATCHES).sqrt() as f32);
+        let size = size.max((total / MAX_PATCHES).sqrt() as f32);
         let mut grid = Self {
             of_triangle: Vec::with_capacity(mesh.triangles.len()),
             cut: Vec::new(),
@@ -157,7 +157,7 @@ impl PatchGrid {
             let corners = corners(triangle);
             let size = size * wider(corners, size) as f32;
             let large = doubled(corners) > 2.0 * SMALLEST * size * size;
-            if !(large && useful(material)) || grid.patches as f64 > 8.0 * MOST_PATCHES {
+            if !(large && useful(material)) || grid.patches as f64 > 8.0 * MAX_PATCHES {
                 grid.of_triangle.push(NONE);
                 continue;
             }
@@ -184,7 +184,7 @@ impl PatchGrid {
         let patch = cut.patch(hit.position, front);
         let state = match self.state[patch].load(Ordering::Relaxed) {
             UNKNOWN => {
-                let state = self.look(cut, patch, front, hit, caster);
+                let state = self.examine(cut, patch, front, hit, caster);
                 self.state[patch].store(state, Ordering::Relaxed);
                 state
             }
@@ -194,7 +194,7 @@ impl PatchGrid {
     }
 
     /// Looks for things on a patch: rays over it along its lines, and down on it. Cost: 10 rays.
-    fn look(&self, cut: &CutTriangle, patch: usize, front: bool, hit: &Hit, caster: &RayCaster) -> u8 {
+    fn examine(&self, cut: &CutTriangle, patch: usize, front: bool, hit: &Hit, caster: &RayCaster) -> u8 {
         let index = (patch as u32 - cut.first) % cut.patches_of_a_side();
         let [low, high] = cut.cell(index);
         let up = if front { hit.normal } else { -hit.normal };

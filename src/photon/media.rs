@@ -8,7 +8,7 @@ use crate::embree::RayCaster;
 /// Solids inside of each other that are told apart; of more, the outermost are forgotten.
 const DEEPEST: usize = 4;
 /// Surfaces along a ray that looks for what its start is in.
-const MOST_SURFACES: u32 = 256;
+const MAX_SURFACES: u32 = 256;
 
 /// The solids of glass that hold a point, by their materials: the innermost last. Where solids overlap, that which was
 /// entered last counts.
@@ -51,7 +51,7 @@ impl Media {
         surfaces: &[SurfaceOptics<C>],
     ) -> Self {
         let (mut entered, mut left): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
-        for _ in 0..MOST_SURFACES {
+        for _ in 0..MAX_SURFACES {
             let Some(hit) = caster.closest_hit(origin, direction, f32::INFINITY) else { break };
             if surfaces[hit.material as usize].bounds_glass() {
                 if direction.dot(hit.normal) < 0.0 {

@@ -21,7 +21,7 @@ use crate::random::{Stream, on_circle};
 const FINEST: f32 = 1e-4;
 /// Facets that light meets at most; it then leaves as from the first. GGX of roughness 1 lets more than half of the light
 /// go at each.
-const MOST_FACETS: u32 = 1000;
+const MAX_FACETS: u32 = 1000;
 /// Light flying so near the normal that it would meet another facet less often than this gets out.
 const STEEPEST: f32 = 1e-6;
 /// Least cosine of what leaves: rounding must not carry it through the surface.
@@ -46,7 +46,7 @@ impl Microsurface {
         let frame = Frame::about(facing);
         let arriving = frame.local(direction);
         let (mut onward, mut below) = (arriving, 1.0);
-        for _ in 0..MOST_FACETS {
+        for _ in 0..MAX_FACETS {
             match self.fly(below, onward, stream) {
                 Some(next) => below = next,
                 None => return frame.world(onward.with_z(onward.z.max(SHALLOWEST)).normalize()),
@@ -81,7 +81,7 @@ impl Microsurface {
         }
         let mut found = self.first_bounce(eye, light);
         let (mut onward, mut below) = (-eye, 1.0);
-        for facet in 0..MOST_FACETS {
+        for facet in 0..MAX_FACETS {
             match self.fly(below, onward, stream) {
                 Some(next) => below = next,
                 None => break,

@@ -28,7 +28,7 @@ use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
 use crate::luminaire::LightGroups;
 use crate::photon::trace::{BOUNCE_CAP, TallySum};
-use crate::photon::trial::Trial;
+use crate::photon::trial::PhotonTrial;
 use crate::progress::Progress;
 use crate::random::Seed;
 use crate::results::Results;
@@ -115,7 +115,7 @@ struct Rendering<'a, const C: usize> {
     groups: Option<LightGroups>,
     warnings: Vec<String>,
     /// What became of photons sent ahead, where some surface absorbs next to nothing.
-    trial: Trial,
+    trial: PhotonTrial,
 }
 
 impl<'a, const C: usize> Rendering<'a, C> {
@@ -146,7 +146,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             flux: TallySum::default(),
             groups: None,
             warnings: scene.warnings.clone(),
-            trial: Trial::default(),
+            trial: PhotonTrial::default(),
         };
         rendering.choose_groups()?;
         rendering.send_ahead(caster)?;
@@ -171,12 +171,12 @@ impl<'a, const C: usize> Rendering<'a, C> {
 
     /// Asks some photons whether the light comes to an end, where that isn't plain.
     fn send_ahead(&mut self, caster: &RayCaster) -> Result<(), Error> {
-        if !self.plan.bounces || !Trial::is_called_for(self.scene, self.diagonal) {
+        if !self.plan.bounces || !PhotonTrial::is_called_for(self.scene, self.diagonal) {
             return Ok(());
         }
         let seed = Seed(self.settings.seed).branch(PURPOSE_TRIAL);
-        self.trial = self.timed("send photons ahead", 1, |this| Trial::of::<C>(this.scene, caster, seed));
-        let Trial { photons, endless, .. } = self.trial;
+        self.trial = self.timed("send photons ahead", 1, |this| PhotonTrial::of::<C>(this.scene, caster, seed));
+        let PhotonTrial { photons, endless, .. } = self.trial;
         if endless <= MOST_ENDLESS {
             return Ok(());
         }

@@ -18,7 +18,7 @@ use crate::random::Stream;
 use crate::units::luminance;
 
 /// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.
-pub(crate) const MOST_POLYGONS: usize = 256;
+pub(crate) const MAX_POLYGONS: usize = 256;
 /// Corners of the polygon that stands for a disc of the same area.
 const DISC_CORNERS: usize = 96;
 
@@ -202,7 +202,7 @@ fn lambertian(flux: f64, corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64
 fn mesh_sources(flux: f64, opening: &Opening, triangles: &[[DVec3; 3]]) -> Vec<LightSource> {
     let whole: f64 = triangles.iter().map(triangle_area).sum();
     let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
-    if triangles.len() > MOST_POLYGONS {
+    if triangles.len() > MAX_POLYGONS {
         let facet = |triangle: &[DVec3; 3]| Facet {
             bounds: AxisBox::around_exact(*triangle),
             normal: facing(triangle),

@@ -15,7 +15,7 @@ use crate::random::Stream;
 /// A luminaire is faint where it brings no more than this part of what the brightest point of the block has got already …
 pub(super) const FAINT: f64 = 0.02;
 /// … and more triangles than this may be in its way.
-pub(super) const MOST_BLOCKERS_IF_STRONG: usize = 64;
+pub(super) const MAX_BLOCKERS_IF_STRONG: usize = 64;
 
 /// The faint luminaires of every point of a receiver.
 pub struct Faint<const C: usize> {

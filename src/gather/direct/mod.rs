@@ -30,7 +30,7 @@ use self::blocker::Blocker;
 use self::blockers::{AxisBox, Blockers, Shaft};
 use self::blocks::PointBlock;
 use self::emitter::{EmittingPiece, LightSource, emitters};
-use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
+use self::faint::{FAINT, Faint, MAX_BLOCKERS_IF_STRONG};
 use self::view::OpeningView;
 use self::visit::Visit;
 use super::receiver::Receiver;
@@ -39,11 +39,11 @@ use crate::luminaire::{LightGroups, Luminaire};
 use crate::random::Seed;
 
 /// Luminaires that together can add no more than this part of a point's direct light are left out there.
-pub const MOST_LEFT_OUT: f64 = 1e-4;
+pub const MAX_LEFT_OUT: f64 = 1e-4;
 /// Above this many triangles in the way of a part, points search on their own; above it for a point, rays sample.
-const MOST_BLOCKERS: usize = 192;
+const MAX_BLOCKERS: usize = 192;
 /// Cuts for one point and opening before rays take over.
-const MOST_CUTS: usize = 600;
+const MAX_CUTS: usize = 600;
 /// Direct light at the points of a receiver.
 #[derive(Clone, Debug)]
 pub struct DirectLight<const C: usize> {
@@ -51,7 +51,7 @@ pub struct DirectLight<const C: usize> {
     pub value: Vec<[f64; C]>,
     /// Variance of the photometric E of each point, lx²: what shadow rays sampled, 0 where all was cut exactly.
     pub variance: Vec<f64>,
-    /// What the luminaires left out at each point can add at most, lx: ≤ [`MOST_LEFT_OUT`] · E.
+    /// What the luminaires left out at each point can add at most, lx: ≤ [`MAX_LEFT_OUT`] · E.
     pub left_out: Vec<f64>,
     /// Shadow rays cast.
     pub rays: u64,
@@ -280,7 +280,7 @@ impl<const C: usize> Gather<'_, C> {
         let mut sums = vec![none; block.points.len()];
         let mut before = Vec::new();
         for ((most, emitter), rest) in order.into_iter().zip(rest) {
-            for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MOST_LEFT_OUT * sum.lux) {
+            for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MAX_LEFT_OUT * sum.lux) {
                 (sum.left_out, sum.open) = (rest, false);
             }
             if !sums.iter().any(|sum| sum.open) {
@@ -327,7 +327,7 @@ impl<const C: usize> Gather<'_, C> {
             && matches!(emitter.source, LightSource::Polygon(_))
             && most > 0.0
             && most <= FAINT * brightest()
-            && self.search(emitter, bounds, MOST_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
+            && self.search(emitter, bounds, MAX_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
     }
 
     /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.

@@ -10,9 +10,9 @@ use crate::embree::RayCaster;
 
 /// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is left of
 /// the variation within it, taken by a rule of degree two, is some 10⁻⁴.
-const MOST_VARIATION: f64 = 0.004;
+const MAX_VARIATION: f64 = 0.004;
 /// Halvings of a part at most, which make it 2⁸ times as small.
-const MOST_HALVINGS: u32 = 8;
+const MAX_HALVINGS: u32 = 8;
 
 /// What a triangle of a pane covers, as seen from a point.
 pub(super) struct PaneShadow {
@@ -67,7 +67,7 @@ impl Shaded<'_> {
             before.pop();
             return;
         }
-        self.add(part, before, MOST_HALVINGS, sum);
+        self.add(part, before, MAX_HALVINGS, sum);
     }
 
     /// Adds the light of a part that all of the panes `before` cover.
@@ -81,7 +81,7 @@ impl Shaded<'_> {
         }
         let middle = self.passed(part.iter().map(|corner| corner.normalize_or_zero()).sum(), before);
         let corners: Vec<[f64; 3]> = part.iter().map(|&corner| self.passed(corner, before)).collect();
-        let varies = corners.iter().any(|&corner| (grey(corner) - grey(middle)).abs() > MOST_VARIATION);
+        let varies = corners.iter().any(|&corner| (grey(corner) - grey(middle)).abs() > MAX_VARIATION);
         if varies && halvings > 0 {
             let (a, b) = farthest(part);
             pieces.push_halves(part, (a - b).normalize_or_zero(), 0.0);

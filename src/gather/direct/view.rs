@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::MOST_CUTS;
+use super::MAX_CUTS;
 use super::blocker::Blocker;
 use super::emitter::{LightSource, OpeningLight};
 use super::panes::PaneShadow;
@@ -118,7 +118,7 @@ impl OpeningView {
             if self.lit.len() == 0 {
                 return Some(true);
             }
-            if self.cuts_done > MOST_CUTS {
+            if self.cuts_done > MAX_CUTS {
                 return None;
             }
         }

@@ -10,20 +10,20 @@ use super::emitter::{EmittingPiece, LightSource, MeshSource, OpeningLight, Point
 use super::panes::Shaded;
 use super::sample::{self, Target};
 use super::view::OpeningView;
-use super::{DirectScratch, Gather, InTheWay, MOST_BLOCKERS, PointSum};
+use super::{DirectScratch, Gather, InTheWay, MAX_BLOCKERS, PointSum};
 
-/// Where an opening can bring no more than this part of a point's light and more than [`MOST_BLOCKERS_IF_WEAK`] triangles
-/// are in its way, a single ray decides; but not where such rays would make a standard deviation above [`MOST_GLIMPSED`] of
+/// Where an opening can bring no more than this part of a point's light and more than [`MAX_BLOCKERS_IF_WEAK`] triangles
+/// are in its way, a single ray decides; but not where such rays would make a standard deviation above [`MAX_GLIMPSED`] of
 /// the point's light in all.
 const WEAK: f64 = 3e-4;
 /// See [`WEAK`].
-const MOST_BLOCKERS_IF_WEAK: usize = 8;
+const MAX_BLOCKERS_IF_WEAK: usize = 8;
 /// See [`WEAK`].
-const MOST_GLIMPSED: f64 = 1e-3;
+const MAX_GLIMPSED: f64 = 1e-3;
 /// Rays that try to prove that nothing is seen of an opening before a point searches on its own.
 pub(super) const PROBES: u32 = 6;
 /// Triangles kept from such proofs for the next points.
-const MOST_SUSPECTS: usize = 12;
+const MAX_SUSPECTS: usize = 12;
 
 /// One emitter at the points of a block.
 pub(super) struct Visit<'v, 'a, const C: usize> {
@@ -96,7 +96,7 @@ impl<const C: usize> Visit<'_, '_, C> {
         let source = &self.emitter.source;
         let Some(light) = source.light() else { return };
         let matters = sums.iter().any(|sum| sum.open && !self.is_weak(sum));
-        let limit = if matters { MOST_BLOCKERS } else { MOST_BLOCKERS_IF_WEAK };
+        let limit = if matters { MAX_BLOCKERS } else { MAX_BLOCKERS_IF_WEAK };
         let for_block = gather.search(self.emitter, self.bounds, limit, &mut scratch.block);
         for range in block.parts() {
             let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
@@ -127,7 +127,7 @@ impl<const C: usize> Visit<'_, '_, C> {
     #[inline]
     fn is_weak(&self, sum: &PointSum<C>) -> bool {
         let most = self.most;
-        most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MOST_GLIMPSED * sum.lux).powi(2)
+        most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MAX_GLIMPSED * sum.lux).powi(2)
     }
 
     /// Of what is in the way of a block, what is in the way of a part of it.
@@ -162,12 +162,12 @@ impl<const C: usize> Visit<'_, '_, C> {
                 return None;
             }
             if for_part.is_none() {
-                *for_part = Some(gather.search(self.emitter, &gather.bounds(points), MOST_BLOCKERS, &mut scratch.part));
+                *for_part = Some(gather.search(self.emitter, &gather.bounds(points), MAX_BLOCKERS, &mut scratch.part));
             }
         }
         Some(match for_part.unwrap_or(InTheWay::Many) {
             InTheWay::Many if !weak => {
-                (gather.search(self.emitter, &gather.bounds(&[point]), MOST_BLOCKERS, &mut scratch.point), true)
+                (gather.search(self.emitter, &gather.bounds(&[point]), MAX_BLOCKERS, &mut scratch.point), true)
             }
             other => (other, false),
         })
@@ -188,7 +188,7 @@ impl<const C: usize> Visit<'_, '_, C> {
         let list = if alone { own } else { part };
         match in_the_way {
             InTheWay::Nothing => Some([lux; 3]),
-            InTheWay::Few if (!weak || list.len() <= MOST_BLOCKERS_IF_WEAK) && view.has_room() => {
+            InTheWay::Few if (!weak || list.len() <= MAX_BLOCKERS_IF_WEAK) && view.has_room() => {
                 let touched = view.cut(list, &self.emitter.source, self.gather.eye(point));
                 touched.map(|touched| if touched { self.lit(view, light, lux) } else { [lux; 3] })
             }
@@ -282,7 +282,7 @@ fn hide_all(
     for blocker in found {
         if view.hide(blocker, source, eye) {
             hides = true;
-            if suspects.len() < MOST_SUSPECTS {
+            if suspects.len() < MAX_SUSPECTS {
                 suspects.push(*blocker);
             }
         }

@@ -25,7 +25,7 @@ const WIDTHS: [f64; 2] = [0.02, 0.25];
 /// Wide parts are let be where they can bring no more than this part of the opening's light.
 const WIDE_BUT_WEAK: f64 = 2e-3;
 /// Parts looked at for one opening and point; from then on each is taken as seen in its mean direction.
-const MOST_PARTS: usize = 400;
+const MAX_PARTS: usize = 400;
 /// Corners of a cone this near (cosine) to its middle are put on one plane.
 const NARROW: f64 = 0.5;
 /// Smallest cosine under which a flat opening counts as seen where it is taken as a whole.
@@ -100,7 +100,7 @@ impl WebLight {
         let (mut sum, mut looked_at) = (0.0, 0);
         while open.pop(part) {
             looked_at += 1;
-            if looked_at > MOST_PARTS {
+            if looked_at > MAX_PARTS {
                 sum += self.as_whole(part, up);
                 continue;
             }

@@ -6,10 +6,10 @@ use std::io;
 
 use rayon::prelude::*;
 
-use super::{GroupRows, Known, Part, PhotonRound, Site, Source};
+use super::{GroupRows, LightOrigin, LightPart, PhotonRound, PhotonTotal, Site};
 use crate::gather::bandwidth::{FIXED, SCALES, choose, of_ladder};
 use crate::gather::density::{
-    Estimate, EstimateSum, GroupSums, LADDER, Search, local_linear_in_groups, local_linear_within, paper,
+    Estimate, EstimateSum, GroupSums, LADDER, SearchLimits, local_linear_in_groups, local_linear_within, paper,
 };
 use crate::luminaire::LightGroups;
 use crate::photon_map::with_tree;
@@ -18,8 +18,8 @@ use crate::state::tape::Tape;
 
 /// Bytes that a point takes, by channels: sums of each k, what it concludes, and the point's surroundings.
 pub fn bytes_per_point(channels: u64, is_paper: bool) -> u64 {
-    let (scales, surroundings) = if is_paper { (1, 0) } else { (SCALES.len() as u64, 264) };
-    scales * 16 * (channels + 1) + 8 * channels + 8 + surroundings
+    let (scales, visible) = if is_paper { (1, 0) } else { (SCALES.len() as u64, 264) };
+    scales * 16 * (channels + 1) + 8 * channels + 8 + visible
 }
 
 /// Sums over the sets of photons of several estimates at each point, side by side, and which of them was chosen.
@@ -127,9 +127,9 @@ impl<const C: usize> SmoothDensity<C> {
     }
 }
 
-impl<const C: usize> Part<C> for SmoothDensity<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for SmoothDensity<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -145,13 +145,13 @@ impl<const C: usize> Part<C> for SmoothDensity<C> {
                     return Estimate::DARK;
                 }
                 let nearest = ((search.nearest as f64 * scales[scale]) as usize).max(2);
-                let (at, around) = (site.receiver.points[point], &site.surroundings[point]);
-                local_linear_in_groups(map, at, Search { nearest, ..search }, around, scratch, groups)
+                let (at, around) = (site.receiver.points[point], &site.visible[point]);
+                local_linear_in_groups(map, at, SearchLimits { nearest, ..search }, around, scratch, groups)
             },
         ));
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let scales = self.scales.len();
         let of = |scale: usize| self.sums.whole.chunks(scales).map(|sums| sums[scale].mean(known.sets)).collect();
         let mut chosen = Vec::new();
@@ -163,7 +163,7 @@ impl<const C: usize> Part<C> for SmoothDensity<C> {
         found
     }
 
-    fn add_groups(&self, known: Known, _: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, known: PhotonTotal, _: &Site, rows: &mut GroupRows) {
         self.sums.add_groups(known.sets, rows);
     }
 
@@ -190,9 +190,9 @@ impl<const C: usize> Discs<C> {
     }
 }
 
-impl<const C: usize> Part<C> for Discs<C> {
-    fn source(&self) -> Source {
-        Source::PhotonsOnly
+impl<const C: usize> LightPart<C> for Discs<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::PhotonsOnly
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -208,18 +208,18 @@ impl<const C: usize> Part<C> for Discs<C> {
                     return Estimate::DARK;
                 }
                 let radius = (widest * 0.5_f32.powi(disc as i32)).max(floor);
-                let (at, around) = (site.receiver.points[point], &site.surroundings[point]);
+                let (at, around) = (site.receiver.points[point], &site.visible[point]);
                 local_linear_within(map, at, radius, around, scratch, groups)
             },
         ));
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let widest = f64::from(self.widest);
         // The kernel's peak over its mean is 2.
         let quantum = 2.0 * known.photon / known.sets / (PI * widest * widest);
         let mut chosen = Vec::new();
-        let found = self.sums.whole.chunks(LADDER).zip(&site.surroundings).map(|(sums, around)| {
+        let found = self.sums.whole.chunks(LADDER).zip(&site.visible).map(|(sums, around)| {
             let discs: Vec<Estimate<C>> = sums.iter().map(|sum| sum.mean(known.sets)).collect();
             // Where walls leave little of the disc, one photon would bring the more.
             let open = around.view(self.widest).moments().one / FRAC_PI_2;
@@ -232,7 +232,7 @@ impl<const C: usize> Part<C> for Discs<C> {
         found
     }
 
-    fn add_groups(&self, known: Known, _: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, known: PhotonTotal, _: &Site, rows: &mut GroupRows) {
         self.sums.add_groups(known.sets, rows);
     }
 
@@ -251,9 +251,9 @@ impl<const C: usize> PaperDensity<C> {
     }
 }
 
-impl<const C: usize> Part<C> for PaperDensity<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for PaperDensity<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -272,7 +272,7 @@ impl<const C: usize> Part<C> for PaperDensity<C> {
         });
     }
 
-    fn conclude(&mut self, known: Known, _: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, _: &Site) -> Vec<Estimate<C>> {
         self.0.iter().map(|sum| sum.mean(known.sets)).collect()
     }
 

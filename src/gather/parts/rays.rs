@@ -4,7 +4,7 @@
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{GroupRows, Known, Part, PhotonRound, RayRound, Site, Source};
+use super::{GroupRows, LightOrigin, LightPart, PhotonRound, PhotonTotal, RayRound, Site};
 use crate::gather::density::Estimate;
 use crate::gather::receiver::Receiver;
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
@@ -20,7 +20,7 @@ pub fn bytes_per_point(channels: u64) -> u64 {
 }
 
 /// What rays from the points of a receiver found.
-pub struct Rays<const C: usize> {
+pub struct RayLight<const C: usize> {
     samples: Samples<C>,
     /// Random numbers of this receiver's rays.
     seed: Seed,
@@ -38,7 +38,7 @@ pub struct Rays<const C: usize> {
     windows: Vec<usize>,
 }
 
-impl<const C: usize> Rays<C> {
+impl<const C: usize> RayLight<C> {
     /// None yet from the points of a receiver. `seed` is the receiver's own, `times` the rays of its points for each that a
     /// point of a grid sends; `groups` are those to be told apart here.
     pub fn new(
@@ -92,9 +92,9 @@ impl<const C: usize> FromPoint<'_, C> {
     }
 }
 
-impl<const C: usize> Part<C> for Rays<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for RayLight<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -126,7 +126,7 @@ impl<const C: usize> Part<C> for Rays<C> {
         rays.into_inner()
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let mut windows = Vec::new();
         let found = match &site.smoother {
             Some(smoother) if self.smooth => smoother.smooth(&self.samples, &site.has_value, &mut windows),
@@ -139,7 +139,7 @@ impl<const C: usize> Part<C> for Rays<C> {
         found
     }
 
-    fn add_groups(&self, _: Known, site: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, _: PhotonTotal, site: &Site, rows: &mut GroupRows) {
         let means = self.samples.group_means();
         let found = match &site.smoother {
             Some(smoother) if !self.windows.is_empty() => {

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::{Reach, SpacePart, Standing};
+use super::{LightReach, SpacePart, Standing};
 use crate::gather::receiver::Receiver;
 use crate::sets::Sets;
 
-impl Reach<'_> {
+impl LightReach<'_> {
     /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place are
     /// places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
     pub(super) fn flood(&self, number: usize, receiver: &Receiver, found: &mut [Standing]) -> Vec<SpacePart> {

@@ -38,9 +38,9 @@ const LONG: u32 = 512;
 const HOLE: f64 = 3e-3;
 const MEETINGS: f64 = 4.0;
 /// Bounces spent on one part at least and at most, and on all.
-const FEWEST: f64 = 2e3;
-const MOST: f64 = 4e6;
-const MOST_IN_ALL: f64 = 1e7;
+const MIN_BOUNCES: f64 = 2e3;
+const MAX_BOUNCES: f64 = 4e6;
+const MAX_BOUNCES_IN_ALL: f64 = 1e7;
 /// Parts of that which are spent one after the other, and points that are kept of what they reach.
 const SHARES: [f64; 2] = [0.02, 1.0];
 const KEPT: usize = 64;
@@ -117,7 +117,7 @@ fn settle(parts: Vec<SpacePart>, decided: &[bool], standing: Standing, found: &m
 }
 
 /// Tells places from the insides of things.
-pub struct Reach<'a> {
+pub struct LightReach<'a> {
     scene: &'a Scene,
     caster: &'a RayCaster,
     fronts: Vec<Front>,
@@ -136,7 +136,7 @@ pub struct Reach<'a> {
     through_gaps: Vec<Vec3>,
 }
 
-impl<'a> Reach<'a> {
+impl<'a> LightReach<'a> {
     /// Prepares the question for a scene; casts about 3·10⁴ rays.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
         let mut openings: Vec<u32> =
@@ -165,7 +165,7 @@ impl<'a> Reach<'a> {
         asked: &[Points<'_>],
         is_lit: impl Fn(usize, usize) -> bool + Sync,
     ) -> Vec<Vec<Standing>> {
-        let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_look(asked)).collect();
+        let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_pass(asked)).collect();
         let mut parts: Vec<SpacePart> = Vec::new();
         for (receiver, asked) in asked.iter().enumerate() {
             parts.extend(self.flood(receiver, asked.receiver, &mut found[receiver]));
@@ -186,7 +186,7 @@ impl<'a> Reach<'a> {
         if parts.is_empty() {
             return found;
         }
-        self.look_through_gaps(&shells);
+        self.follow_gaps(&shells);
         let arrive = self.walk_long(asked, &parts);
         let parts = settle(parts, &arrive, Standing::Place, &mut found);
         let is_lit = |part: &SpacePart| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
@@ -207,7 +207,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Which points are covered, and which see light at once; the others are dark as yet.
-    fn first_look(&self, asked: &Points<'_>) -> Vec<Standing> {
+    fn first_pass(&self, asked: &Points<'_>) -> Vec<Standing> {
         let receiver = asked.receiver;
         let look = |point: usize| {
             let start = receiver.start(point);
@@ -242,7 +242,7 @@ impl<'a> Reach<'a> {
         let wanted = |part: &SpacePart| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
         let wanted: Vec<f64> = parts.iter().map(wanted).collect();
         let mut arrived = vec![false; parts.len()];
-        let (mut left, mut round) = (MOST_IN_ALL, 0);
+        let (mut left, mut round) = (MAX_BOUNCES_IN_ALL, 0);
         for share in SHARES {
             let mut goes_on = true;
             while goes_on {
@@ -251,7 +251,7 @@ impl<'a> Reach<'a> {
                     if arrived[index] {
                         continue;
                     }
-                    let bounces = (share * wanted[index]).clamp(FEWEST, MOST).min(left.max(FEWEST));
+                    let bounces = (share * wanted[index]).clamp(MIN_BOUNCES, MAX_BOUNCES).min(left.max(MIN_BOUNCES));
                     arrived[index] = self.walks_arrive(of(part), part, bounces, round);
                     if arrived[index] {
                         let points = part.points.iter().take(KEPT);

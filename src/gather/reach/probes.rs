@@ -6,11 +6,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Reach;
+use super::LightReach;
 use super::shells::Shells;
 
 /// Rims that are looked at, and how far off them, in the longest steps that rays start off surfaces.
-const MOST_RIMS: usize = 4096;
+const MAX_RIMS: usize = 4096;
 const OFF: f32 = 4.0;
 /// Rays from a point beside a rim, and how many of them must agree: more than can slip through cracks.
 const RAYS: usize = 32;
@@ -21,7 +21,7 @@ const MORE_TRIES: u32 = 32;
 /// Openings that light passes one after the other.
 const ROUNDS: u64 = 6;
 /// Points behind openings that are kept.
-const MOST_POINTS: usize = 8192;
+const MAX_POINTS: usize = 8192;
 
 /// What is seen from beside a rim.
 enum RimView {
@@ -31,10 +31,10 @@ enum RimView {
     Lit(Vec<Vec3>, bool),
 }
 
-impl Reach<'_> {
+impl LightReach<'_> {
     /// Follows light through openings too narrow for walks.
-    pub(super) fn look_through_gaps(&mut self, shells: &Shells<'_>) {
-        let stride = shells.rims.len().div_ceil(MOST_RIMS).max(1);
+    pub(super) fn follow_gaps(&mut self, shells: &Shells<'_>) {
+        let stride = shells.rims.len().div_ceil(MAX_RIMS).max(1);
         let mut left: Vec<(usize, Vec3)> = shells
             .rims
             .iter()
@@ -57,7 +57,7 @@ impl Reach<'_> {
             }
             let changed = !new.is_empty() || self.open != was_open;
             self.through_gaps.extend(new);
-            self.through_gaps.truncate(MOST_POINTS);
+            self.through_gaps.truncate(MAX_POINTS);
             left = dark;
             if !changed {
                 break;

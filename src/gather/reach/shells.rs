@@ -24,7 +24,7 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [-0.911_922_3, 0.105_221_8, 0.396_6],
 ];
 /// Triangles that may be looked at to learn whether a body holds all luminaires.
-const MOST_WORK: usize = 1_000_000_000;
+const MAX_WORK: usize = 1_000_000_000;
 /// Cosine beyond which two faces count as one that goes on straight: no rim between them.
 const STRAIGHT: f64 = 0.25;
 
@@ -64,7 +64,7 @@ impl<'a> Shells<'a> {
             Some(true) => lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(false)),
             // One thread finds out: who waits for others here might be given the same question.
             Some(false) => *body.holds_lamps.get_or_init(|| {
-                body.triangles.len().saturating_mul(lamps.len()) <= MOST_WORK
+                body.triangles.len().saturating_mul(lamps.len()) <= MAX_WORK
                     && lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(true))
             }),
             None => false,

@@ -26,7 +26,7 @@ const BLUR_AT_LEAST_RISK: f64 = 1.0;
 
 /// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
 const FLUX_POOL: usize = 10;
-const MOST_RESTORED: f64 = 1.25;
+const MAX_RESTORED: f64 = 1.25;
 
 /// What was done to the counts of a cell: to be done to its parts.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +128,7 @@ impl Smoother {
             [counted, fitted].map(|values| box_means(&values, has_value, [self.columns, self.rows], FLUX_POOL));
         let ratio = |(counted, fitted): (&f64, &f64)| {
             let ratio = if *fitted > 0.0 { counted / fitted } else { 1.0 };
-            ratio.clamp(1.0 / MOST_RESTORED, MOST_RESTORED) as f32
+            ratio.clamp(1.0 / MAX_RESTORED, MAX_RESTORED) as f32
         };
         counted.iter().zip(&fitted).map(ratio).collect()
     }

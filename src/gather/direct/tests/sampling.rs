@@ -124,12 +124,12 @@ fn what_is_left_out_is_bounded() {
         // Points are rounded to single precision, 6e-5 m at 600 m.
         let rounding = 1e-4 * all;
         assert!(all - found >= -rounding && all - found <= most + rounding, "{point}: {found} + {most}, exact {all}");
-        assert!(most <= MOST_LEFT_OUT * found);
+        assert!(most <= MAX_LEFT_OUT * found);
         left_out += usize::from(most > 0.0);
     }
     assert!(left_out > 900, "far panels matter at {} points", 1000 - left_out);
     let [mean, largest] = light.left_out_share();
-    assert!(0.0 < mean && mean <= largest && largest <= MOST_LEFT_OUT);
+    assert!(0.0 < mean && mean <= largest && largest <= MAX_LEFT_OUT);
 }
 
 /// A sheet in 20,000 triangles is too fine to cut: rays sample, and their claims are honest. Over 400 points the mean square

@@ -14,7 +14,7 @@ use crate::photon_map::LANES;
 
 /// Rays of the fan. They go to equally spaced points on a square about the eye, so that the sector of a photon is found
 /// by one division.
-pub const FAN: usize = 4 * SIDE;
+pub const RAYS: usize = 4 * SIDE;
 const SIDE: usize = 16;
 
 /// Angles at which the kernel's integrals are taken within a sector that ends at an obstacle.
@@ -25,7 +25,7 @@ const FARSIGHT: f32 = 4.0;
 
 /// Distance along each ray of the fan at which a point's view of its plane ends, m, or 4 search radii. `None`
 /// where the search radius sees no end at all.
-pub struct Surroundings(Option<Box<[f32; FAN]>>);
+pub struct VisiblePolygon(Option<Box<[f32; RAYS]>>);
 
 /// Integrals of kernel · {1, x, y, x², xy, y²} over the visible part of the unit disc.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -99,9 +99,9 @@ struct Sector {
     open: KernelMoments,
 }
 
-static SECTORS: LazyLock<[Sector; FAN]> = LazyLock::new(|| {
+static SECTORS: LazyLock<[Sector; RAYS]> = LazyLock::new(|| {
     std::array::from_fn(|sector| {
-        let (from, to) = (ray(sector), ray((sector + 1) % FAN));
+        let (from, to) = (ray(sector), ray((sector + 1) % RAYS));
         let (start, width) = (from.to_angle(), from.angle_to(to) / STEPS as f64);
         let steps = std::array::from_fn(|step| DVec2::from_angle(start + width * (step as f64 + 0.5)));
         let mut open = KernelMoments::default();
@@ -133,9 +133,9 @@ fn sector_of(offset: Vec2) -> usize {
     SIDE * side + step.clamp(0, SIDE as i32 - 1) as usize
 }
 
-impl Surroundings {
-    /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`FAN`] rays.
-    pub fn look(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
+impl VisiblePolygon {
+    /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`RAYS`] rays.
+    pub fn cast(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
         let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
         let far = FARSIGHT * radius;
         let distances = std::array::from_fn(|sector| {
@@ -151,7 +151,7 @@ impl Surroundings {
         Self(None)
     }
 
-    fn from_distances(distances: [f32; FAN], radius: f32) -> Self {
+    fn from_distances(distances: [f32; RAYS], radius: f32) -> Self {
         // The chord between two ends comes nearer than both by less than 1 %: sectors are at most 7.2° wide.
         let open = distances.iter().all(|&distance| distance > 1.01 * radius);
         Self((!open).then(|| Box::new(distances)))
@@ -160,10 +160,10 @@ impl Surroundings {
     /// What is seen within `radius` (m), at most the radius looked around for.
     pub fn view(&self, radius: f32) -> PlaneView {
         let Some(distances) = &self.0 else { return PlaneView(None) };
-        let mut ends = [OPEN_END; FAN];
+        let mut ends = [OPEN_END; RAYS];
         let mut open = true;
         for (sector, end) in ends.iter_mut().enumerate() {
-            let next = (sector + 1) % FAN;
+            let next = (sector + 1) % RAYS;
             let (here, there) = (distances[sector] / radius, distances[next] / radius);
             if here.min(there) > 1.01 {
                 continue;
@@ -182,7 +182,7 @@ type SectorEnd = (Vec2, f32);
 const OPEN_END: SectorEnd = (Vec2::ZERO, f32::INFINITY);
 
 /// The visible part of the disc of one search radius, which is its unit of length. `None`: all of it.
-pub struct PlaneView(Option<Box<[SectorEnd; FAN]>>);
+pub struct PlaneView(Option<Box<[SectorEnd; RAYS]>>);
 
 impl PlaneView {
     /// Which of some offsets from the point (plane coordinates, in search radii) are seen.
@@ -192,7 +192,7 @@ impl PlaneView {
         if let Some(ends) = &self.0 {
             for lane in 0..LANES {
                 let offset = Vec2::new(x[lane], y[lane]);
-                let (normal, limit) = ends[sector_of(offset) % FAN];
+                let (normal, limit) = ends[sector_of(offset) % RAYS];
                 seen[lane] = normal.dot(offset) <= limit;
             }
         }
@@ -228,7 +228,7 @@ mod tests {
     fn moments_beside_a_wall_match_the_closed_form() {
         for h in [0.05_f64, 0.3, 0.7, 0.95] {
             let to_wall = |index: usize| (h / ray(index).x.max(1e-9)).min(f64::from(FARSIGHT)) as f32;
-            let found = Surroundings::from_distances(std::array::from_fn(to_wall), 1.0).view(1.0).moments();
+            let found = VisiblePolygon::from_distances(std::array::from_fn(to_wall), 1.0).view(1.0).moments();
             let (steps, mut expected) = (200_000, 0.0);
             for step in 0..steps {
                 let x = -1.0 + (h + 1.0) * (f64::from(step) + 0.5) / f64::from(steps);
@@ -255,7 +255,7 @@ mod tests {
         for degrees in 0..3600 {
             let towards = Vec2::from_angle((f64::from(degrees) / 10.0 + 0.03).to_radians() as f32) * 0.37;
             let sector = sector_of(towards);
-            let (from, to) = (ray(sector).as_vec2(), ray((sector + 1) % FAN).as_vec2());
+            let (from, to) = (ray(sector).as_vec2(), ray((sector + 1) % RAYS).as_vec2());
             assert!(from.perp_dot(towards) >= -1e-6 && towards.perp_dot(to) >= -1e-6, "{towards} in sector {sector}");
         }
     }
