@@ -20,7 +20,7 @@
 
 use std::path::Path;
 
-use super::opening::{LuminousOpening, Unit};
+use super::opening::{LengthUnit, LuminousOpening};
 use super::table::{Table, within_turn};
 use super::text::{self, Commas, Words, quoted};
 use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Symmetry, Values, angles};
@@ -33,7 +33,7 @@ const HEAD: usize = 26;
 pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photometry, InputError> {
     let lines = text::lines(text);
     let mut notes = Notes::default();
-    let head = Lines { path, lines: &lines };
+    let head = NumberedLines { path, lines: &lines };
     let (kind, planes, angles) = (head.whole(3, "symmetry (Isym)", 0, 4)?, head.planes()?, head.angles()?);
     let sets = head.whole(26, "number of sets of lamps", 0, 1000)? as usize;
     let lamps = (0..sets).map(|set| head.lamps(HEAD + 6 * set, &mut notes)).collect::<Result<Vec<_>, _>>()?;
@@ -59,7 +59,7 @@ pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photomet
         notes.at(line, sentence);
     }
     notes.0.extend(others.0);
-    let opening_note = notes.opening(16, opening.doubt(Unit::Millimetre));
+    let opening_note = notes.opening(16, opening.doubt(LengthUnit::Millimetre));
     let share = |line: usize, what: &str, notes: &mut Notes| -> Result<Option<f64>, InputError> {
         let percent = head.number(line, what, notes)?;
         Ok((percent > 0.0 && percent <= 1000.0).then_some(percent / 100.0))
@@ -106,12 +106,12 @@ pub(super) fn is_eulumdat(text: &str) -> bool {
 }
 
 /// The lines of a file by their number, from 1.
-struct Lines<'a> {
+struct NumberedLines<'a> {
     path: &'a Path,
     lines: &'a [&'a str],
 }
 
-impl Lines<'_> {
+impl NumberedLines<'_> {
     fn text(&self, line: usize) -> &str {
         self.lines.get(line - 1).map_or("", |line| line.trim())
     }

@@ -25,7 +25,7 @@
 use std::path::Path;
 
 use super::labels::{self, Labels, edition, edition_of, names_tm33};
-use super::opening::{LuminousOpening, Unit};
+use super::opening::{LengthUnit, LuminousOpening};
 use super::table::Table;
 use super::text::{self, Commas, Words, quoted};
 use super::{Format, Kind, Notes, Photometry, Symmetry, Tilt, Values, angles, tilt};
@@ -52,11 +52,11 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
     };
     let mut labels = Labels::read(&lines[first..tilt_line], format);
     let all = Words::new(path, &lines, tilt_line + 1, Commas::Decimal);
-    let (numbers, note) = text::settle(path, all, |commas| Numbers::read(path, format, &lines, tilt_line, commas))?;
+    let (numbers, note) = text::settle(path, all, |commas| IesNumbers::read(path, format, &lines, tilt_line, commas))?;
     if let Some((line, sentence)) = note {
         notes.at(line, sentence);
     }
-    let Numbers { tilt, head, body, notes: others } = numbers;
+    let IesNumbers { tilt, head, body, notes: others } = numbers;
     notes.0.extend(others.0);
     let opening_note = notes.opening(head.opening_line, head.opening.doubt(head.unit));
     labels.remarks.extend(head.generation.map(|text| ("file generation".to_owned(), text)));
@@ -85,14 +85,14 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
 
 /// What stands below `TILT=`.
 #[derive(PartialEq)]
-struct Numbers {
+struct IesNumbers {
     tilt: Option<Tilt>,
     head: Head,
-    body: Body,
+    body: TableSection,
     notes: Notes,
 }
 
-impl Numbers {
+impl IesNumbers {
     /// Reads them where commas mean that; they end with the file, or with text.
     fn read(path: &Path, format: Format, lines: &[&str], tilt_line: usize, commas: Commas) -> Result<Self, InputError> {
         let mut notes = Notes::default();
@@ -108,7 +108,7 @@ impl Numbers {
             let found = format!("tilt factor {hanging} at 0°");
             return Err(InputError::new(Location::line(path, tilt_line + 1), found, "more than 0"));
         }
-        let body = Body::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
+        let body = TableSection::read(path, &head, head.factor * hanging, &mut words, &mut notes)?;
         Ok(Self { tilt, head, body, notes })
     }
 }
@@ -131,7 +131,7 @@ struct Head {
     angles: usize,
     planes: usize,
     kind: Kind,
-    unit: Unit,
+    unit: LengthUnit,
     opening: LuminousOpening,
     opening_line: usize,
     /// How the file came about, where it says so (2019).
@@ -158,7 +158,7 @@ impl Head {
         let (kind_line, kind) = words.whole("photometric type", 1, 3)?;
         let kind = [Kind::C, Kind::B, Kind::A][kind as usize - 1];
         let (_, unit) = words.whole("unit of length (1 feet, 2 metres)", 1, 2)?;
-        let unit = if unit == 1 { Unit::Foot } else { Unit::Metre };
+        let unit = if unit == 1 { LengthUnit::Foot } else { LengthUnit::Metre };
         let opening_line = words.at();
         let opening = read_opening(path, format, unit.told().1, words, notes)?;
         let ballast = factor(path, words, "ballast factor")?;
@@ -247,14 +247,14 @@ fn read_opening(
 
 /// Angles and intensities.
 #[derive(PartialEq)]
-struct Body {
+struct TableSection {
     table: Table,
     symmetry: Symmetry,
     /// Line of the planes.
     line: usize,
 }
 
-impl Body {
+impl TableSection {
     fn read(path: &Path, head: &Head, factor: f64, words: &mut Words, notes: &mut Notes) -> Result<Self, InputError> {
         let [vertical, horizontal] = match head.kind {
             Kind::C => [[0.0, 180.0], angles::TURNS],

@@ -53,13 +53,13 @@ pub enum Shape {
 
 /// Unit of length that a file declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unit {
+pub(super) enum LengthUnit {
     Foot,
     Metre,
     Millimetre,
 }
 
-impl Unit {
+impl LengthUnit {
     /// Its name, and its length in metres.
     pub(super) fn told(self) -> (&'static str, f64) {
         match self {
@@ -166,7 +166,7 @@ impl LuminousOpening {
     }
 
     /// What is doubtful about the sizes, and what may have been meant; nothing below 3 m.
-    pub(super) fn doubt(&self, given: Unit) -> Option<String> {
+    pub(super) fn doubt(&self, given: LengthUnit) -> Option<String> {
         let largest = self.largest();
         if largest <= LARGEST_USUAL {
             return None;
@@ -182,7 +182,7 @@ impl LuminousOpening {
         let off = |(_, other): &(&str, f64)| (largest / length * other / USUAL).ln().abs();
         let others = given.mistaken().iter().copied().filter(sound);
         let likely = match given {
-            Unit::Foot => others.clone().next(),
+            LengthUnit::Foot => others.clone().next(),
             _ => others.min_by(|a, b| off(a).total_cmp(&off(b))),
         };
         let meant = likely.map_or_else(String::new, |(other, metres_of_it)| {
@@ -252,21 +252,21 @@ mod tests {
 
     #[test]
     fn what_is_too_large_was_meant_in_another_unit() {
-        let of = |c0: f64, c90: f64, given: Unit| {
+        let of = |c0: f64, c90: f64, given: LengthUnit| {
             LuminousOpening::new(Shape::Rectangle, c0, c90, 0.0).scaled(given.told().1).doubt(given)
         };
         for (sizes, unit, says) in [
             (
                 [24.0, 24.0],
-                Unit::Foot,
+                LengthUnit::Foot,
                 Some("7.315 m × 7.315 m, as the file counts in feet; in inches it would be 0.6096 m × 0.6096 m"),
             ),
-            ([600.0, 600.0], Unit::Foot, Some("in mm it would be 0.6 m × 0.6 m")),
-            ([600.0, 1200.0], Unit::Metre, Some("in mm it would be 0.6 m × 1.2 m")),
-            ([60.0, 60.0], Unit::Metre, Some("in cm it would be 0.6 m × 0.6 m")),
-            ([6000.0, 500.0], Unit::Millimetre, Some("in tenths of a mm it would be 0.6 m × 0.05 m")),
-            ([1.2, 3.0], Unit::Metre, None),
-            ([9.8, 2.0], Unit::Foot, None),
+            ([600.0, 600.0], LengthUnit::Foot, Some("in mm it would be 0.6 m × 0.6 m")),
+            ([600.0, 1200.0], LengthUnit::Metre, Some("in mm it would be 0.6 m × 1.2 m")),
+            ([60.0, 60.0], LengthUnit::Metre, Some("in cm it would be 0.6 m × 0.6 m")),
+            ([6000.0, 500.0], LengthUnit::Millimetre, Some("in tenths of a mm it would be 0.6 m × 0.05 m")),
+            ([1.2, 3.0], LengthUnit::Metre, None),
+            ([9.8, 2.0], LengthUnit::Foot, None),
         ] {
             let found = of(sizes[0], sizes[1], unit);
             assert_eq!(found.is_some(), says.is_some(), "{sizes:?} {unit:?}: {found:?}");

@@ -66,7 +66,7 @@ struct Node {
 
 /// The nodes that are equally far from the leaves.
 #[derive(Clone, Copy)]
-struct Level {
+struct NodeLevel {
     /// Where they begin.
     first: u32,
     /// How many children they have together.
@@ -81,7 +81,7 @@ pub struct KdTree {
     photons: Vec<u32>,
     /// Level by level, the leaves' parents first.
     nodes: Vec<Node>,
-    levels: Vec<Level>,
+    levels: Vec<NodeLevel>,
 }
 
 impl NearestPhotons for KdTree {

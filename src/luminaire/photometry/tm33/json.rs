@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::super::text::label;
 use super::super::{Choice, Photometry, formats};
-use super::{Document, Emitter, Raw, plain};
+use super::{Document, Raw, Tm33Emitter, plain};
 use crate::error::{InputError, Location};
 
 /// Reads text that begins as JSON.
@@ -104,13 +104,13 @@ fn document(path: &Path, root: &Value) -> Result<Document, InputError> {
     })
 }
 
-fn emitter(path: &Path, value: &Value) -> Result<Emitter, InputError> {
+fn emitter(path: &Path, value: &Value) -> Result<Tm33Emitter, InputError> {
     let nothing = Value::Null;
     let names = ["description", "id", "catalognumber"].map(|name| text(value, &[name]));
     let temperature = get(value, &["colortemperature"]).unwrap_or(value);
     let rendering = get(value, &["colorrendering"]).unwrap_or(&nothing);
     let data = get(value, &["intensitydistribution", "luminousdata"]);
-    Ok(Emitter {
+    Ok(Tm33Emitter {
         line: 1,
         names: names.into_iter().flatten().collect(),
         quantity: number(path, value, &["quantity"])?,

@@ -22,7 +22,7 @@ use std::path::Path;
 pub(super) use json::parse as parse_json;
 pub(super) use xml::{parse as parse_xml, tree};
 
-use super::opening::{LuminousOpening, Unit};
+use super::opening::{LengthUnit, LuminousOpening};
 use super::table::Table;
 use super::text::{label, quoted};
 use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Shape, Symmetry, Values, angles};
@@ -46,12 +46,12 @@ struct Document {
     more_areas: bool,
     /// Type of the goniometer.
     goniometer: Option<String>,
-    emitters: Vec<Emitter>,
+    emitters: Vec<Tm33Emitter>,
 }
 
 /// Emitters of one kind.
 #[derive(Default)]
-struct Emitter {
+struct Tm33Emitter {
     line: usize,
     names: Vec<String>,
     quantity: Option<f64>,
@@ -100,7 +100,7 @@ impl Document {
         let mut notes = Notes::default();
         let chosen = self.chosen(path, choice, &mut notes)?;
         let mut lamps = Vec::new();
-        let mut sum: Option<(Grid, Option<f64>)> = None;
+        let mut sum: Option<(IntensityGrid, Option<f64>)> = None;
         for emitter in chosen {
             let Some(raw) = &emitter.table else { continue };
             let grid = emitter.grid(path, raw, self.goniometer.as_deref(), &mut notes)?;
@@ -145,8 +145,8 @@ impl Document {
     }
 
     /// Emitters with intensities that count.
-    fn chosen(&self, path: &Path, choice: &Choice, notes: &mut Notes) -> Result<Vec<&Emitter>, InputError> {
-        let lit: Vec<&Emitter> = self.emitters.iter().filter(|emitter| emitter.table.is_some()).collect();
+    fn chosen(&self, path: &Path, choice: &Choice, notes: &mut Notes) -> Result<Vec<&Tm33Emitter>, InputError> {
+        let lit: Vec<&Tm33Emitter> = self.emitters.iter().filter(|emitter| emitter.table.is_some()).collect();
         choice.lamp_set.as_ref().map_or(Ok(0), |set| set.within(1, path))?;
         let Some(variant) = &choice.variant else {
             if lit.len() < self.emitters.len() && !lit.is_empty() {
@@ -156,7 +156,7 @@ impl Document {
             return Ok(lit);
         };
         let wanted = variant.value.trim();
-        let named: Vec<&Emitter> =
+        let named: Vec<&Tm33Emitter> =
             lit.iter().copied().filter(|emitter| emitter.names.iter().any(|name| name == wanted)).collect();
         if !named.is_empty() {
             return Ok(named);
@@ -205,12 +205,12 @@ impl Document {
                 LuminousOpening::POINT
             }
         };
-        let doubt = notes.opening(self.line.max(1), opening.doubt(Unit::Millimetre));
+        let doubt = notes.opening(self.line.max(1), opening.doubt(LengthUnit::Millimetre));
         Ok((opening, doubt))
     }
 }
 
-impl Emitter {
+impl Tm33Emitter {
     fn lamps(&self, raw: &Raw) -> Lamps {
         Lamps {
             count: self.quantity.map_or(1, |quantity| quantity.clamp(0.0, 1e9) as u32),
@@ -224,7 +224,13 @@ impl Emitter {
     }
 
     /// The intensities as a table, every factor in them.
-    fn grid(&self, path: &Path, raw: &Raw, goniometer: Option<&str>, notes: &mut Notes) -> Result<Grid, InputError> {
+    fn grid(
+        &self,
+        path: &Path,
+        raw: &Raw,
+        goniometer: Option<&str>,
+        notes: &mut Notes,
+    ) -> Result<IntensityGrid, InputError> {
         let refuse = |found: String, expected: &str| {
             Err(InputError::new(Location::line(path, raw.line), found, expected.to_owned()))
         };
@@ -272,7 +278,7 @@ impl Emitter {
         }
         let table = raw.table(path, kind, factor, notes)?;
         let symmetry = raw.symmetry(path, kind, &table, notes)?;
-        let mut grid = Grid { kind, symmetry, table, line: raw.line };
+        let mut grid = IntensityGrid { kind, symmetry, table, line: raw.line };
         if grid.table.close() {
             notes.at(raw.line, "planes 0° and 360° differ; 0° is taken".to_owned());
         }
@@ -387,14 +393,14 @@ impl Raw {
 }
 
 /// Intensities as a table.
-struct Grid {
+struct IntensityGrid {
     kind: Kind,
     symmetry: Symmetry,
     table: Table,
     line: usize,
 }
 
-impl Grid {
+impl IntensityGrid {
     /// Both together, which have the same angles.
     fn plus(mut self, path: &Path, line: usize, other: Self) -> Result<Self, InputError> {
         let alike = self.kind == other.kind

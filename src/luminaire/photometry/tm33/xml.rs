@@ -7,14 +7,14 @@ use roxmltree::{Document as Xml, Node, ParsingOptions};
 use super::super::formats;
 use super::super::text::{label, quoted};
 use super::super::{Choice, Photometry};
-use super::{Document, Emitter, Raw, number, plain};
+use super::{Document, Raw, Tm33Emitter, number, plain};
 use crate::error::{InputError, Location};
 use crate::files::limits::MOST_NODES;
 
 /// Reads text that begins as XML.
 pub(in super::super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photometry, InputError> {
     let xml = tree(path, text)?;
-    let reader = Reader { path, xml: &xml };
+    let reader = XmlReader { path, xml: &xml };
     let root = xml.root_element();
     match plain(root.tag_name().name()).as_str() {
         "iestm3322" | "iestm33" | "luminaireopticaldata" => reader.document(root)?.photometry(path, choice),
@@ -48,14 +48,14 @@ pub(in super::super) fn tree<'a>(path: &Path, text: &'a str) -> Result<Xml<'a>, 
     })
 }
 
-struct Reader<'a> {
+struct XmlReader<'a> {
     path: &'a Path,
     xml: &'a Xml<'a>,
 }
 
 type Element<'a> = Node<'a, 'a>;
 
-impl<'a> Reader<'a> {
+impl<'a> XmlReader<'a> {
     fn line(&self, node: Element) -> usize {
         self.xml.text_pos_at(node.range().start).row as usize
     }
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn emitter(&self, node: Element<'a>) -> Result<Emitter, InputError> {
+    fn emitter(&self, node: Element<'a>) -> Result<Tm33Emitter, InputError> {
         let has = |name| self.child(node, name).is_some();
         let names = ["description", "id", "catalognumber"].map(|name| self.label(node, &[name]));
         let temperature = self.child(node, "colortemperature").unwrap_or(node);
@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
                 let data = self.child(node, name)?;
                 Some((data, inner.and_then(|inner| self.child(data, inner)).unwrap_or(data)))
             });
-        Ok(Emitter {
+        Ok(Tm33Emitter {
             line: self.line(node),
             names: names.into_iter().filter(|name| !name.is_empty()).collect(),
             quantity: self.number(node, &["quantity"])?,
