@@ -1,7 +1,7 @@
 //! Cylindrical, semi-cylindrical, hemispherical and spherical illuminance: light on a small body (see [`Measure`]).
 //!
-//! Rays are drawn by the body's own kernel, so what they find needs no weights and has no bias. Direct light is taken on
-//! many flat cells about the body, each exactly as on any flat cell, and their mean is the body's.
+//! Rays are drawn by the body's own kernel, so what they find needs no weights and has no bias. Direct light is taken
+//! on many flat cells about the body, each exactly as on any flat cell, and their mean is the body's.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,8 +19,8 @@ use crate::scene::Measure;
 /// π²/(12 n²) = 2.1·10⁻⁴ at most, [`ROUND_ERROR`] root mean square over its azimuth; one with extent more nearly.
 const ROUND: usize = 63;
 const ROUND_ERROR: f64 = 1e-4;
-/// Cells about a sphere, on a Fibonacci lattice: one source is read to 7·10⁻⁴ at most (tested), [`BALL_ERROR`] root mean
-/// square.
+/// Cells about a sphere, on a Fibonacci lattice: one source is read to 7·10⁻⁴ at most (tested), [`BALL_ERROR`] root
+/// mean square.
 const BALL: usize = 1024;
 const BALL_ERROR: f64 = 1.5e-4;
 
@@ -120,10 +120,11 @@ fn kepler(share: f64) -> f64 {
     x.clamp(0.0, PI)
 }
 
-/// Direct illuminance of every body of `receiver` by all luminaires. `progress` hears one step a luminaire.
+/// Direct illuminance of every body of `receiver` by all luminaires. `progress` is called with steps that add up to one
+/// for each luminaire.
 ///
-/// Error: that of flat cells (see `direct_light`), and that of taking the mean over so many of them, which is part of the
-/// variance. Cost: that of 63 to 1026 flat cells each.
+/// Error: that of flat cells (see `direct_light`), and that of taking the mean over so many of them, which is part of
+/// the variance. Cost: that of 63 to 1026 flat cells each.
 pub fn direct_on_bodies<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,

@@ -2,9 +2,10 @@
 //! towards the eye.
 //!
 //! The layers of an image tell of the first opaque surface, which glass before it lets through bent, but not dimmed.
-//! Luminance follows the light as it goes: glass reflects and refracts, mirrors show what stands before them, luminaires
-//! shine. Light is gathered only at the surfaces so found: direct light by shadow rays, what has bounced by rays that end
-//! where photons know the light (see `sight.rs`), and caustics from the photons that landed nearby (`caustics.rs`).
+//! Luminance follows the light as it goes: glass reflects and refracts, mirrors show what stands before them,
+//! luminaires shine. Light is gathered only at the surfaces so found: direct light by shadow rays, what has bounced by
+//! rays that end where photons know the light (see `sight.rs`), and caustics from the photons that landed nearby
+//! (`caustics.rs`).
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -18,11 +19,11 @@ use crate::photon::media::Media;
 use crate::photon::surface::{Gloss, Layers, SurfaceOptics, mirror, refract};
 use crate::random::Stream;
 
-/// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
+/// Mirrors and panes one behind the other that a ray may meet before it is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.
 const DEEPEST: u32 = 1000;
 
-/// Looks along the rays of a camera.
+/// Computes what rays of a camera see.
 pub struct Eye<'a, const C: usize> {
     /// Follows light backwards from the surfaces seen.
     pub sight: &'a Sight<'a, C>,
@@ -69,7 +70,7 @@ pub struct Draw<'s> {
     pub at: [f32; 2],
     /// Number (0 … 1) that chooses the luminaires of the direct light there.
     pub lamps: f32,
-    /// How often caustics count in this ray: they are asked for once a pixel, and counted for all its rays.
+    /// How often caustics count in this ray: they are computed once a pixel, and counted for all its rays.
     pub caustics: f64,
     /// Memory for the photons.
     pub scratch: Option<&'s mut CausticScratch>,
@@ -80,8 +81,8 @@ pub struct Draw<'s> {
 }
 
 impl<const C: usize> Eye<'_, C> {
-    /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what photons
-    /// blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
+    /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what
+    /// photons blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
     pub fn observe(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> CameraSample<C> {
         *draw.rays += 1;
         let Some(first) = self.caster.closest_hit(origin, direction, f32::INFINITY) else {
@@ -113,7 +114,8 @@ impl<const C: usize> Eye<'_, C> {
         Arriving { direct, indirect }
     }
 
-    /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is known.
+    /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is
+    /// known.
     fn luminance(&self, hit: Hit, direction: Vec3, mut known: Option<Arriving<C>>, draw: &mut Draw<'_>) -> [f64; C] {
         let (mut hit, mut direction) = (hit, direction);
         let mut luminance = [0.0; C];
@@ -198,8 +200,8 @@ fn seen_layers<const C: usize>(surface: &SurfaceOptics<C>, hit: &Hit, direction:
     surface.layers(direction.dot(hit.normal) < 0.0)
 }
 
-/// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction in
-/// which it is met.
+/// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction
+/// in which it is met.
 pub fn first_surface<const C: usize>(
     sight: &Sight<'_, C>,
     caster: &RayCaster,

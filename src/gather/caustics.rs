@@ -10,7 +10,7 @@ use crate::photon::trace::{Flight, History, Recorder};
 use crate::photon_map::{self, KdTree, NearestPhotons};
 use crate::random::Stream;
 
-/// Rays in the surface about a point that look for walls around it.
+/// Rays in the surface about a point that find the walls around it, one for each sector.
 const SECTORS: usize = 16;
 /// Photons farther off the point's plane than this part of the search radius lie on another surface.
 const THICKNESS: f32 = 0.1;
@@ -97,14 +97,14 @@ impl<const C: usize> CausticMap<C> {
         CausticScratch { tree: self.tree.scratch(), found: Vec::new() }
     }
 
-    /// Illuminance (lx) that the photons bring to the side `normal` (unit) of a surface at `at` (m), `above` being the same
-    /// point just off the surface.
+    /// Illuminance (lx) that the photons bring to the side `normal` (unit) of a surface at `at` (m), `above` being the
+    /// same point just off the surface.
     ///
-    /// E = Σ φᵢ K(dᵢ/R) / (R² ∫K) over the k nearest, K(t) = 2 (1 − t²)/π: the k-th lies on the rim and counts nothing, so
-    /// no factor k/(k − 1) is left. ∫K is taken over the part of the disc that walls leave, and photons behind them, on
-    /// the other side, or on a surface turned away do not count. Error: √(4/3)/√k of E in even light; blurred over R; dark
-    /// by up to a half within R of a free edge of a surface, behind which nothing stands. Cost: 0.2 µs far from any
-    /// caustic, some µs within one.
+    /// E = Σ φᵢ K(dᵢ/R) / (R² ∫K) over the k nearest, K(t) = 2 (1 − t²)/π: the k-th lies on the rim and counts nothing,
+    /// so no factor k/(k − 1) is left. ∫K is taken over the part of the disc that walls leave, and photons behind them,
+    /// on the other side, or on a surface turned away do not count. Error: √(4/3)/√k of E in even light; blurred over
+    /// R; dark by up to a half within R of a free edge of a surface, behind which nothing stands. Cost: 0.2 µs far from
+    /// any caustic, some µs within one.
     pub fn illuminance(
         &self,
         at: Vec3,
@@ -119,7 +119,7 @@ impl<const C: usize> CausticMap<C> {
         sum
     }
 
-    /// The same, photon by photon: `meet` hears the number of its luminaire and what it brings, lx.
+    /// The same, photon by photon: `meet` is called with the number of its luminaire and what it brings, lx.
     pub fn each(
         &self,
         at: Vec3,

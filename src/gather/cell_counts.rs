@@ -1,8 +1,9 @@
 //! Cells of a measuring plane in which photons are counted.
 //!
-//! E over a cell is the flux that crosses it over its area: no search radius, so no blur, and photons need not be kept. A
-//! cell that a wall, a partition or a column cuts counts only what its middle sees in the plane, over the area that it
-//! sees. The same question, a ray from the middle, decides both, so what is left out of one is left out of the other.
+//! E over a cell is the flux that crosses it over its area: no search radius, so no blur, and photons need not be kept.
+//! A cell that a wall, a partition or a column cuts counts only what its middle sees in the plane, over the area that
+//! it sees. The same question, a ray from the middle, decides both, so what is left out of one is left out of the
+//! other.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,10 +12,10 @@ use super::receiver::Receiver;
 use crate::embree::RayCaster;
 use crate::random::low_discrepancy;
 
-/// Points of a side of a cell's edge that its middle looks at: what cuts the cell stands before one of them.
+/// Points of a side of a cell's edge to which its middle casts rays: what cuts the cell stands before one of them.
 const EDGE_POINTS: usize = 8;
 
-/// How far towards the edge it looks: a wall along the edge does not cut the cell.
+/// Part of the way to the edge that these rays go: a wall along the edge does not cut the cell.
 const NEARLY: f32 = 0.999;
 
 /// Points of a cut cell of which the middle sees some: that share of its area is known within 0.03, mostly within 0.01.
@@ -29,7 +30,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Looks at what stands in the cells that have a value. Cost: 32 short rays a cell, 256 more in those that are cut.
+    /// Finds what stands in the cells that have a value. Cost: 32 short rays a cell, 256 more in those that are cut.
     pub fn measure(receiver: &Receiver, has_value: &[bool], caster: &RayCaster) -> Self {
         let [width, depth] = receiver.cell;
         let whole = f64::from(width) * f64::from(depth);
@@ -94,8 +95,8 @@ fn spread(index: u32) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// The share of the square on one side of a line through it is known within 0.03 at any place and angle: the error of
-    /// a cut cell's illuminance.
+    /// The share of the square on one side of a line through it is known within 0.03 at any place and angle: the error
+    /// of a cut cell's illuminance.
     #[test]
     fn areas_are_known() {
         for degrees in 0..180 {

@@ -52,7 +52,7 @@ impl<const C: usize> EstimateSum<C> {
         Estimate { value, variance: self.variance.value() / (count * count) }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.value.iter_mut().chain([&mut self.variance]).try_for_each(|sum| tape.sum(sum))
     }
@@ -116,12 +116,12 @@ pub fn local_linear<T: NearestPhotons, const C: usize>(
 pub struct GroupSums<'a> {
     /// E, lx: channel by channel, group by group.
     pub lux: &'a mut [f64],
-    /// Variance of the photometric E, lx², group by group; empty where nobody asks.
+    /// Variance of the photometric E, lx², group by group; empty where it is not wanted.
     pub variance: &'a mut [f64],
 }
 
-/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so that
-/// shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
+/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so
+/// that shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
 pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],
@@ -163,8 +163,8 @@ pub fn local_linear_within<T: NearestPhotons, const C: usize>(
     sum_within(map, at, (radius, None), visible, scratch, groups)
 }
 
-/// The sum over a disc, but for a photon on its probe's `rim`. It may be below 0 where light is far from linear; a bound
-/// here would lift the mean of many such sums.
+/// The sum over a disc, but for a photon on its probe's `rim`. It may be below 0 where light is far from linear; a
+/// bound here would lift the mean of many such sums.
 fn sum_within<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],

@@ -1,10 +1,10 @@
 //! What a point sees: light followed backwards from the measuring points, along rays.
 //!
-//! A ray in a direction of density cos θ/π brings E = π L, so illuminance is the mean over rays. Two methods ask this
-//! way. `path` goes on from surface to surface and asks for direct light at each: unbiased, whatever the photons say.
-//! `gather` ends at the first surface whose illuminance the photons know (see `patches.rs`), and goes on as a path where
-//! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
-//! elsewhere (`direct.rs`).
+//! A ray in a direction of density cos θ/π brings E = π L, so illuminance is the mean over rays. Two methods work this
+//! way. `path` goes on from surface to surface and adds direct light at each: unbiased, without photons. `gather` ends
+//! at the first surface whose illuminance the photons know (see `patches.rs`), and goes on as a path where they don't:
+//! next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted elsewhere
+//! (`direct.rs`).
 
 mod path;
 
@@ -16,6 +16,7 @@ use glam::{DVec3, Vec3};
 use self::path::Path;
 pub(super) use self::path::RELUCTANCE;
 use super::caustics::CausticMap;
+use super::direct::FLATTEST;
 use super::lamps::{Aim, Aimed, LampSampler, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
@@ -57,16 +58,16 @@ struct Glow<const C: usize> {
     spread: f32,
 }
 
-/// What a ray left last: tells which part of the light of a luminaire that it meets was not drawn there.
+/// What a ray left last: decides which part of the light of a luminaire that it meets was not drawn there.
 #[derive(Clone, Copy)]
 pub(super) enum Last {
-    /// The point that asks: luminaires it sees are counted elsewhere.
+    /// The measuring point: luminaires it sees are counted elsewhere.
     Point,
     /// A mirror or glass: nothing was drawn.
     Mirror,
     /// A diffuse surface: all but what is near.
     Diffuse,
-    /// A rough mirror, with this density (1/sr): what this way is the less likely to find.
+    /// A rough mirror, with this density (1/sr): the part that drawing would miss is left to the ray.
     Gloss(f32),
 }
 
@@ -81,10 +82,6 @@ enum SeenArea {
     Flat(f64, DVec3),
     Body(Body),
 }
-
-/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
-/// something that is not flat, and flat it would be infinitely bright.
-const FLATTEST: f64 = 1e-3;
 
 impl GlowWeb {
     fn of(luminaire: &Luminaire) -> Option<Self> {
@@ -108,7 +105,7 @@ impl GlowWeb {
     }
 }
 
-/// Photons' answer where a ray ends.
+/// Illuminance that photons recorded, where rays end.
 #[derive(Clone, Copy)]
 pub struct Records<'a, const C: usize> {
     /// The patches.
@@ -120,15 +117,15 @@ pub struct Records<'a, const C: usize> {
     pub caustics: Option<&'a CausticMap<C>>,
 }
 
-/// Hears where the light of rays comes from.
+/// Receives where the light of rays comes from.
 pub trait Origins<const C: usize> {
-    /// So much (lx) from a luminaire.
+    /// Adds `lux` (lx) from a luminaire.
     fn luminaire(&mut self, luminaire: u32, lux: [f64; C]);
-    /// So many times the illuminance of a patch.
+    /// Adds `weight` times the illuminance of a patch.
     fn patch(&mut self, patch: usize, weight: Flux<C>);
 }
 
-/// Nobody wants to know.
+/// Origins are not wanted.
 impl<const C: usize> Origins<C> for () {
     #[inline(always)]
     fn luminaire(&mut self, _: u32, _: [f64; C]) {}
@@ -206,7 +203,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         Path::new(self, (origin, direction), records, stream, rays).follow(None, &mut ())
     }
 
-    /// The same, and `origins` hears where it comes from.
+    /// The same; `origins` receives where it comes from.
     pub fn incoming_from(
         &self,
         origin: Vec3,
@@ -219,7 +216,7 @@ impl<'a, const C: usize> Sight<'a, C> {
         Path::new(self, (origin, direction), records, stream, rays).follow(None, origins)
     }
 
-    /// The same for a surface that asks [`Sight::direct`] for the light straight from luminaires: what that leaves to rays,
+    /// The same for a surface whose light straight from luminaires [`Sight::direct`] gives: what that leaves to rays,
     /// luminaires nearer than [`near_squared`], is added to `near`.
     pub fn incoming_beside_direct(
         &self,
@@ -249,8 +246,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         &self.surfaces[hit.material as usize]
     }
 
-    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
-    /// surface.
+    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any
+    /// other surface.
     pub(super) fn emitted(&self, hit: &Hit, direction: Vec3, last: Last) -> [f64; C] {
         let front = direction.dot(hit.normal) < 0.0;
         let shining = self.glow(hit.triangle).and_then(|glow| Some((glow, self.brightness(glow, direction, front)?)));
@@ -263,8 +260,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         }
     }
 
-    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
-    /// part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
+    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate:
+    /// the part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
     pub(super) fn glossed(
         &self,
         facets: Microsurface,
@@ -284,8 +281,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         (lux.map(|channel| channel * true_worth), luminaire)
     }
 
-    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back; nothing
-    /// where that doesn't shine.
+    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back;
+    /// nothing where that doesn't shine.
     fn brightness(&self, glow: &Glow<C>, direction: Vec3, front: bool) -> Option<f32> {
         match glow.web {
             None => front.then_some(1.0),
@@ -316,8 +313,8 @@ impl<'a, const C: usize> Sight<'a, C> {
     }
 }
 
-/// Whether a ray that meets a pane passes it or is mirrored, by what either way still brings, and its weight from there on;
-/// nothing where neither brings anything.
+/// Whether a ray that meets a pane passes it or is mirrored, by what either way still brings, and its weight from there
+/// on; nothing where neither brings anything.
 #[inline]
 pub(super) fn cross_pane<const C: usize>(
     curves: &Curves,
@@ -337,8 +334,8 @@ pub(super) fn cross_pane<const C: usize>(
     Some((passes, left.scaled(any / share)))
 }
 
-/// Where a ray goes on that meets glass, refracted or mirrored by Fresnel's shares, and the glass that it is in from there on;
-/// `facing` is the unit normal against `direction`.
+/// Where a ray goes on that meets glass, refracted or mirrored by Fresnel's shares, and the glass that it is in from
+/// there on; `facing` is the unit normal against `direction`.
 #[inline]
 pub(super) fn cross_glass<const C: usize>(
     surfaces: &[SurfaceOptics<C>],

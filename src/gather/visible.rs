@@ -1,8 +1,8 @@
-//! What a point sees of its own plane: a fan of rays in the plane ends at walls, partitions and furniture.
+//! The visible polygon: what a point sees of its own plane. Rays in the plane end at walls, partitions and furniture.
 //!
-//! Inside the fan's polygon photons can land; behind it they can't, or they are light of another place (the next room,
-//! the other side of a partition). So the polygon is at once the area a density estimate may divide by (no darkening
-//! along walls) and the gate for the photons it may count (no leaks through partitions).
+//! Inside the polygon of their ends photons can land; behind it they can't, or they are light of another place (the
+//! next room, the other side of a partition). So the polygon is at once the area a density estimate may divide by (no
+//! darkening along walls) and the gate for the photons it may count (no leaks through partitions).
 
 use std::sync::LazyLock;
 
@@ -12,18 +12,30 @@ use super::receiver::Receiver;
 use crate::embree::RayCaster;
 use crate::photon_map::LANES;
 
-/// Rays of the fan. They go to equally spaced points on a square about the eye, so that the sector of a photon is found
-/// by one division.
+/// Rays in the plane. They go to equally spaced points on a square about the eye, so that the sector of a photon is
+/// found by one division.
 pub const RAYS: usize = 4 * SIDE;
 const SIDE: usize = 16;
 
 /// Angles at which the kernel's integrals are taken within a sector that ends at an obstacle.
 const STEPS: usize = 4;
 
-/// How much farther the fan looks than photons are searched for: a wall is met even by rays that run nearly along it.
+/// How much farther the rays go than photons are searched for: a wall is met even by rays that run nearly along it.
 const FARSIGHT: f32 = 4.0;
 
-/// Distance along each ray of the fan at which a point's view of its plane ends, m, or 4 search radii. `None`
+/// A ray that meets nothing within this many search radii leaves its sector open: the chord between the ends of two
+/// rays comes nearer than both by less than 1 %, since sectors are at most 7.2° wide.
+const OPEN_FROM: f32 = 1.01;
+
+/// Least distance of an end, in search radii: sectors of no extent have no normal.
+const NEAREST: f32 = 1e-6;
+
+/// A plane is not fitted where its determinants are below these parts of what they would be in the open: it would turn
+/// on the rounding of few photons.
+const SINGULAR: f64 = 1e-3;
+const NARROW: f64 = 1e-6;
+
+/// Distance along each ray at which a point's view of its plane ends, m, or 4 search radii. `None`
 /// where the search radius sees no end at all.
 pub struct VisiblePolygon(Option<Box<[f32; RAYS]>>);
 
@@ -60,14 +72,14 @@ impl KernelMoments {
         (0..3).for_each(|i| self.second[i] += other.second[i]);
     }
 
-    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a plane,
-    /// that of the constant fit.
+    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a
+    /// plane, that of the constant fit.
     pub(super) fn first_row_of_inverse(&self) -> [f64; 3] {
         let [mx, my] = self.first;
         let [mxx, mxy, myy] = self.second;
         let minor = mxx * myy - mxy * mxy;
         let det = self.one * minor - mx * (mx * myy - mxy * my) + my * (mx * mxy - mxx * my);
-        if det <= 1e-3 * self.one * minor || minor <= 1e-6 * (mxx + myy).powi(2) {
+        if det <= SINGULAR * self.one * minor || minor <= NARROW * (mxx + myy).powi(2) {
             return self.constant_row();
         }
         [minor / det, (mxy * my - mx * myy) / det, (mx * mxy - mxx * my) / det]
@@ -91,7 +103,7 @@ const OPEN: KernelMoments = {
     KernelMoments { one: pi / 2.0, first: [0.0; 2], second: [pi / 12.0, 0.0, pi / 12.0] }
 };
 
-/// One sector of the fan: the ray it begins with, the angles of the quadrature, and its moments where it is open.
+/// One sector between two rays: the ray it begins with, the angles of the quadrature, and its moments where it is open.
 struct Sector {
     ray: Vec2,
     steps: [DVec2; STEPS],
@@ -110,7 +122,7 @@ static SECTORS: LazyLock<[Sector; RAYS]> = LazyLock::new(|| {
     })
 });
 
-/// Unit vector of a ray of the fan, counter-clockwise from the corner (1, −1) of the square.
+/// Unit vector of a ray, counter-clockwise from the corner (1, −1) of the square.
 fn ray(index: usize) -> DVec2 {
     let t = -1.0 + 2.0 * (index % SIDE) as f64 / SIDE as f64;
     let corner = match index / SIDE {
@@ -122,7 +134,7 @@ fn ray(index: usize) -> DVec2 {
     corner.normalize()
 }
 
-/// The sector of the fan that holds `offset`.
+/// The sector that holds `offset`.
 #[inline(always)]
 fn sector_of(offset: Vec2) -> usize {
     // Without branches: vectors take both sides.
@@ -134,14 +146,14 @@ fn sector_of(offset: Vec2) -> usize {
 }
 
 impl VisiblePolygon {
-    /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`RAYS`] rays.
+    /// Casts rays around point `point` of the receiver, for photons within `radius` (m). Cost: [`RAYS`] rays.
     pub fn cast(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
         let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
         let far = FARSIGHT * radius;
         let distances = std::array::from_fn(|sector| {
             let towards = SECTORS[sector].ray;
             let direction = receiver.u * towards.x + receiver.v * towards.y;
-            caster.closest_hit(eye, direction, far).map_or(far, |hit| hit.distance.max(1e-6 * radius))
+            caster.closest_hit(eye, direction, far).map_or(far, |hit| hit.distance.max(NEAREST * radius))
         });
         Self::from_distances(distances, radius)
     }
@@ -152,12 +164,11 @@ impl VisiblePolygon {
     }
 
     fn from_distances(distances: [f32; RAYS], radius: f32) -> Self {
-        // The chord between two ends comes nearer than both by less than 1 %: sectors are at most 7.2° wide.
-        let open = distances.iter().all(|&distance| distance > 1.01 * radius);
+        let open = distances.iter().all(|&distance| distance > OPEN_FROM * radius);
         Self((!open).then(|| Box::new(distances)))
     }
 
-    /// What is seen within `radius` (m), at most the radius looked around for.
+    /// What is seen within `radius` (m), at most the radius that [`Self::cast`] was given.
     pub fn view(&self, radius: f32) -> PlaneView {
         let Some(distances) = &self.0 else { return PlaneView(None) };
         let mut ends = [OPEN_END; RAYS];
@@ -165,7 +176,7 @@ impl VisiblePolygon {
         for (sector, end) in ends.iter_mut().enumerate() {
             let next = (sector + 1) % RAYS;
             let (here, there) = (distances[sector] / radius, distances[next] / radius);
-            if here.min(there) > 1.01 {
+            if here.min(there) > OPEN_FROM {
                 continue;
             }
             let (a, b) = (SECTORS[sector].ray * here, SECTORS[next].ray * there);
@@ -199,8 +210,8 @@ impl PlaneView {
         seen
     }
 
-    /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose error
-    /// is below 3·10⁻³ of ∫K (tested).
+    /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose
+    /// error is below 3·10⁻³ of ∫K (tested).
     pub fn moments(&self) -> KernelMoments {
         let Some(ends) = &self.0 else { return OPEN };
         let mut moments = KernelMoments::default();

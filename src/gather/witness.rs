@@ -1,10 +1,10 @@
 //! Photons as a second witness of the light that rays found.
 //!
-//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has met
-//! it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over areas large
-//! enough to know their light well. What rays found there is held against it; what they contradict each other by, beyond
-//! their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the photons
-//! say.
+//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has
+//! met it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over
+//! areas large enough to know their light well. What rays found there is compared with it; the difference of the two,
+//! beyond their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the
+//! photons say.
 
 use std::io;
 
@@ -20,15 +20,16 @@ use crate::state::tape::Tape;
 const BLOCK: usize = 16;
 /// Both differ if they do by more than this many standard errors,
 const SIGNIFICANT: f64 = 4.0;
-/// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a sensor.
+/// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a
+/// sensor.
 const MIN_SHARE_OF_BLOCK: f64 = 0.05;
 const MIN_SHARE_OF_DISC: f64 = 0.5;
-/// What rays found is no evidence where it is less than so many times its variance's square root, squared: as if fewer than
-/// so many rays had met the light.
+/// The mean that rays found proves nothing where its square is less than this many times its variance: as if fewer than
+/// four rays had met the light.
 const EVIDENCE: f64 = 4.0;
-/// Rays in the plane about a sensor that look for walls, where its disc ends.
+/// Rays in the plane about a sensor that find the walls where its disc ends.
 const RAYS: usize = 32;
-/// Rays from a region that look whether it sees any surface.
+/// Rays from a region that decide whether it sees any surface.
 const SIGHT_RAYS: usize = 64;
 
 /// Light at regions of a receiver, counted by photons.
@@ -90,8 +91,8 @@ impl Witness {
     pub fn of_points(receiver: &Receiver, radius: f32, caster: &RayCaster) -> Self {
         let around = |point: usize| -> [f32; RAYS] {
             let eye = receiver.start(point);
-            std::array::from_fn(|look| {
-                let (sin, cos) = (std::f32::consts::TAU * (look as f32 + 0.5) / RAYS as f32).sin_cos();
+            std::array::from_fn(|ray| {
+                let (sin, cos) = (std::f32::consts::TAU * (ray as f32 + 0.5) / RAYS as f32).sin_cos();
                 let direction = receiver.u * cos + receiver.v * sin;
                 caster.closest_hit(eye, direction, radius).map_or(radius, |hit| hit.distance).powi(2)
             })
@@ -108,8 +109,8 @@ impl Witness {
         let sees = |region: usize| {
             let points = regions.points(region);
             let mut stream: Stream = Seed(0).stream(region as u64);
-            (0..SIGHT_RAYS).any(|glance| {
-                points.get(glance * points.len() / SIGHT_RAYS).is_some_and(|&point| {
+            (0..SIGHT_RAYS).any(|ray| {
+                points.get(ray * points.len() / SIGHT_RAYS).is_some_and(|&point| {
                     let direction = receiver.direction(point, stream.uniform_pair());
                     caster.is_occluded(receiver.start(point), direction, f32::INFINITY)
                 })
@@ -149,14 +150,14 @@ impl Witness {
         }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         tape.count(&mut self.sets)?;
         tape.sums(self.sums.as_flattened_mut())
     }
 
-    /// Variance (lx²) to be added at each point to what rays found there, and where they contradict photons most. `flux` is
-    /// that of one photon, lm.
+    /// Variance (lx²) to be added at each point to what rays found there, and where they contradict photons most.
+    /// `flux` is that of one photon, lm.
     pub fn doubt<const C: usize>(&self, samples: &Samples<C>, flux: f64) -> (Vec<f64>, Option<Contradiction>) {
         let (mut worst, mut most) = (None, 0.0);
         let of_region: Vec<f64> = (0..self.areas.len())
@@ -203,7 +204,7 @@ impl Witness {
     }
 }
 
-/// What comes of holding photons and rays against each other.
+/// Photons and rays of one region compared.
 struct Comparison {
     contradiction: Contradiction,
     /// Variance to be added, lx².

@@ -34,8 +34,8 @@ pub struct Emitted<const C: usize> {
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
-    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the others: see
-    /// `drawn_shares`), to fly through what `caster` holds.
+    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the
+    /// others: see `drawn_shares`), to fly through what `caster` holds.
     pub fn new(luminaires: &'a [Luminaire], photons: u64, caster: &'a RayCaster) -> Self {
         let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
         let running = |sum: &mut f64, part: f64| {
@@ -57,8 +57,8 @@ impl<'a, const C: usize> Emission<'a, C> {
         Self { luminaires, shares, flux, fronts, walls, caster }
     }
 
-    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the side
-    /// where it goes; there it would end as soon as it begins.
+    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the
+    /// side where it goes; there it would end as soon as it begins.
     #[inline]
     fn off_wall(&self, which: usize, origin: Vec3, direction: Vec3) -> Vec3 {
         self.walls[which].as_ref().map_or(origin, |wall| wall.leave(direction))
@@ -98,8 +98,8 @@ fn touched(opening: &Opening, caster: &RayCaster) -> Option<Hit> {
     [Vec3::X, Vec3::Y, Vec3::Z].iter().find_map(across)
 }
 
-/// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies triangle by
-/// triangle.
+/// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies
+/// triangle by triangle.
 pub struct Front {
     shape: PieceShape,
     /// Whether a flat opening shines from both sides.
@@ -193,9 +193,10 @@ impl Front {
         self.shape == PieceShape::Point
     }
 
-    /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a piece;
-    /// `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m), its end: off
-    /// the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is zero.
+    /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a
+    /// piece; `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m),
+    /// its end: off the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is
+    /// zero.
     #[inline]
     pub fn point_off(&self, choice: f32, at: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
         let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
@@ -255,8 +256,8 @@ impl Front {
     }
 }
 
-/// From a point of a body's surface, m, to just off it, with the unit normal there. `eye` (m) is the other end of the ray if it
-/// does not start here, else zero.
+/// From a point of a body's surface, m, to just off it, with the unit normal there. `eye` (m) is the other end of the
+/// ray if it does not start here, else zero.
 pub(crate) fn off_body(body: &Body, (point, normal): (DVec3, DVec3), eye: Vec3, caster: &RayCaster) -> (Vec3, DVec3) {
     let largest = (body.centre.abs() + DVec3::splat(body.radius())).max_element() as f32;
     (caster.step_off(point.as_vec3(), normal.as_vec3(), largest.max(eye.abs().max_element())), normal)

@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::surface::SurfaceOptics;
 use crate::embree::RayCaster;
 
-/// Solids inside of each other that are told apart; of more, the outermost are forgotten.
+/// Solids inside of each other that are remembered; of more, the outermost are forgotten.
 const DEEPEST: usize = 4;
-/// Surfaces along a ray that looks for what its start is in.
+/// Surfaces along a ray that finds what its start is in.
 const MAX_SURFACES: u32 = 256;
 
 /// The solids of glass that hold a point, by their materials: the innermost last. Where solids overlap, that which was
@@ -22,8 +22,8 @@ impl Media {
     /// In no glass.
     pub(crate) const AIR: Self = Self { materials: [0; DEEPEST], depth: 0 };
 
-    /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they disagree,
-    /// as about a sheet that encloses nothing, the point is in the air.
+    /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they
+    /// disagree, as about a sheet that encloses nothing, the point is in the air.
     pub(crate) fn around<const C: usize>(point: Vec3, caster: &RayCaster, surfaces: &[SurfaceOptics<C>]) -> Self {
         if !surfaces.iter().any(SurfaceOptics::bounds_glass) {
             return Self::AIR;
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_leaves_is_back_where_it_was() {
+    fn leaving_undoes_entering() {
         let in_two = Media::AIR.beyond(3, true).beyond(7, true);
         assert_eq!(in_two.innermost(), Some(7));
         assert_eq!(in_two.beyond(7, false), Media::AIR.beyond(3, true));

@@ -116,8 +116,8 @@ impl<const C: usize> SurfaceOptics<C> {
         if let Self::Glass { ior, .. } = self { *ior } else { 1.0 }
     }
 
-    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for light
-    /// that enters it, or leaves.
+    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for
+    /// light that enters it, or leaves.
     #[inline]
     pub(crate) fn meet(
         &self,
@@ -245,7 +245,8 @@ fn chance<const C: usize>(flux: Flux<C>, shares: [f32; C]) -> f32 {
     if C == 1 { shares[0] } else { flux.filtered(shares).brightest() / flux.brightest() }
 }
 
-/// What of a photon's flux passes `distance` (m) of glass, by roulette over its brightest channel; `None` if it ends there.
+/// What of a photon's flux passes `distance` (m) of glass, by roulette over its brightest channel; `None` if it ends
+/// there.
 #[inline]
 pub(crate) fn pass_glass<const C: usize>(
     flux: Flux<C>,
@@ -292,8 +293,8 @@ mod tests {
     use super::*;
     use crate::random::Seed;
 
-    /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the right
-    /// side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.
+    /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the
+    /// right side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.
     #[test]
     fn every_share_is_kept_at_all_angles() {
         let black = Material::black("test");

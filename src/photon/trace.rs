@@ -1,7 +1,8 @@
 //! A photon's life: emit, fly, land, then survive or end.
 //!
-//! The photons of a luminaire carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
-//! ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the flux it cut off.
+//! The photons of a luminaire carry equal luminous flux and end by Russian roulette only, so a room of ρ = 0.999 is as
+//! right as one of ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the
+//! flux it cut off.
 
 use std::io;
 
@@ -61,7 +62,7 @@ pub trait Recorder<const C: usize>: Send {
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>);
 }
 
-/// A record that is kept only if somebody asks for it.
+/// A record that is kept only if it is wanted.
 impl<const C: usize, R: Recorder<C>> Recorder<C> for Option<R> {
     #[inline]
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
@@ -114,7 +115,7 @@ impl<const C: usize> TallySum<C> {
         Tally { emitted, absorbed, escaped, cut_off, rays: self.rays }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         tape.sums(self.flux.as_flattened_mut())?;
         tape.count(&mut self.rays)
@@ -184,7 +185,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
     }
 
     /// Traces one pass. Returns the recorders of consecutive photons, in order, and the flux balance: the same bits
-    /// for any number of threads. `progress` hears how many photons have ended since its last call.
+    /// for any number of threads. `progress` is called with the number of photons that have ended since its last call.
     pub fn trace<R: Recorder<C>>(
         &self,
         seed: Seed,

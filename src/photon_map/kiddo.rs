@@ -1,8 +1,8 @@
 //! The library tree: kiddo's immutable kd-tree. (Its mutable one refuses photons that share a coordinate, as all the
 //! photons of a floor do.)
 //!
-//! Called as it is fastest here: leaves of 32 in one flat array (a tenth to a fifth sooner than in its arenas, leaves of 64
-//! later), scratch memory reused, lists unsorted. Its `simd` feature made no difference beyond the noise.
+//! Called as it is fastest here: leaves of 32 in one flat array (a tenth to a fifth sooner than in its arenas, leaves
+//! of 64 later), scratch memory reused, lists unsorted. Its `simd` feature made no difference beyond the noise.
 
 use std::num::NonZero;
 

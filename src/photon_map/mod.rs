@@ -1,9 +1,10 @@
 //! The photon map: photons in a kd-tree, asked for the nearest of them.
 //!
-//! Four trees stand behind one trait, and callers never know which: [`KdTree`] (ours), [`Kiddo`] (the library's immutable
-//! tree), [`Paper`] (the tree of the paper luxmap follows, kept to repeat its figures) and [`BruteForce`] (the oracle of
-//! the tests). Density estimation needs more than a sorted list, so [`NearestPhotons`] offers visits without one, sums of
-//! the k nearest (count, Σ flux, R²), and visits of all photons within a radius, sixteen at a time.
+//! Four trees stand behind one trait, and callers never know which: [`KdTree`] (ours), [`Kiddo`] (the library's
+//! immutable tree), [`Paper`] (the tree of the paper luxmap follows, kept to repeat its figures) and [`BruteForce`]
+//! (the oracle of the tests). Density estimation needs more than a sorted list, so [`NearestPhotons`] offers visits
+//! without one, sums of the k nearest (count, Σ flux, R²), and visits of all photons within a radius, sixteen at a
+//! time.
 
 mod brute_force;
 mod kd_tree;
@@ -26,8 +27,8 @@ use crate::flux::accumulate;
 
 /// A search structure over photon positions.
 ///
-/// The photons' flux lies beside the tree, as [`Carried`], in the order in which the tree reads it: sums over it are the
-/// tree's to do. Trees without an order of their own have them from the visits.
+/// The photons' flux lies beside the tree, as [`Carried`], in the order in which the tree reads it: sums over it are
+/// the tree's to do. Trees without an order of their own have them from the visits.
 pub trait NearestPhotons: Send + Sync + Sized {
     /// Memory a thread reuses from query to query. What it held before never changes a result.
     type Scratch: Send;
@@ -41,8 +42,8 @@ pub trait NearestPhotons: Send + Sync + Sized {
     /// Memory of the structure, bytes.
     fn memory(&self) -> usize;
 
-    /// Visits (index, squared distance in m²) of the `k` photons nearest to `at` and no farther than `radius` (m), in no
-    /// particular order. Which of several photons at equal distance are taken is up to the tree.
+    /// Visits (index, squared distance in m²) of the `k` photons nearest to `at` and no farther than `radius` (m), in
+    /// no particular order. Which of several photons at equal distance are taken is up to the tree.
     fn visit_nearest(
         &self,
         at: [f32; 3],
@@ -134,8 +135,8 @@ impl<const C: usize> Carried<C> {
     }
 }
 
-/// Sixteen places for photons near a point. Where `distance_squared` is more than the squared radius there is none to be
-/// counted, and `offset` may be infinite.
+/// Sixteen places for photons near a point. Where `distance_squared` is more than the squared radius there is none to
+/// be counted, and `offset` may be infinite.
 pub struct PhotonBlock<'a, const C: usize> {
     /// From the point to the photons along x, y and z, m.
     pub offset: &'a [[f32; LANES]; 3],
@@ -147,8 +148,8 @@ pub struct PhotonBlock<'a, const C: usize> {
 
 /// Sums over photons near a point, sixteen at a time.
 pub trait BlockVisitor<const C: usize> {
-    /// Takes in a block. Where this is `#[inline(always)]` and loops over the lanes, our tree has it compiled for the vector
-    /// instructions it found.
+    /// Takes in a block. Where this is `#[inline(always)]` and loops over the lanes, our tree has it compiled for the
+    /// vector instructions it found.
     fn visit(&mut self, block: &PhotonBlock<'_, C>);
 }
 
@@ -198,8 +199,8 @@ impl<T: NearestPhotons, const C: usize> PhotonMap<T, C> {
         }
     }
 
-    /// Builds the tree over photons at `positions` (m, finite, as those of the recorders are) that carry `flux` (lm); equal
-    /// lengths.
+    /// Builds the tree over photons at `positions` (m, finite, as those of the recorders are) that carry `flux` (lm);
+    /// equal lengths.
     pub fn build(positions: Vec<[f32; 3]>, flux: Vec<Flux<C>>) -> Self {
         assert_eq!(positions.len(), flux.len(), "each photon has a position and a flux");
         let (tree, len) = (T::build(&positions), positions.len());
@@ -261,7 +262,8 @@ impl<T: NearestPhotons, const C: usize> PhotonMap<T, C> {
         self.tree.visit_blocks(&self.carried, at, radius, scratch, visitor);
     }
 
-    /// The same photons in the same order with their marks, in the last of [`MARKED`] channels; none if they have no marks.
+    /// The same photons in the same order with their marks, in the last of [`MARKED`] channels; none if they have no
+    /// marks.
     pub fn visit_marked(
         &self,
         at: [f32; 3],

@@ -1,5 +1,5 @@
-//! The paper's tree: split at the median, axes in turn x → y → z, left child first, a list of k whose farthest member is
-//! replaced. Kept as it is, so that its figures can be repeated; not a fast tree.
+//! The paper's tree: split at the median, axes in turn x → y → z, left child first, a list of k whose farthest member
+//! is replaced. Kept as it is, so that its figures can be repeated; not a fast tree.
 
 use super::{NearestPhotons, distance_squared};
 

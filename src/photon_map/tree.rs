@@ -58,7 +58,8 @@ macro_rules! with_tree {
 pub(crate) use with_tree;
 
 impl<const C: usize> ChosenMap<C> {
-    /// Builds the tree over photons at `positions` (m, finite) that carry `flux` (lm); each with a mark, if there are marks.
+    /// Builds the tree over photons at `positions` (m, finite) that carry `flux` (lm); each with a mark, if there are
+    /// marks.
     pub fn build(
         tree: Tree,
         positions: Vec<[f32; 3]>,

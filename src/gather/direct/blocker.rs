@@ -17,8 +17,8 @@ pub(super) struct Blocker {
     pub(super) pane: Option<u32>,
 }
 
-/// From where a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and from points
-/// on the body's side it is behind.
+/// From where a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and
+/// from points on the body's side it is behind.
 #[derive(Clone, Copy)]
 pub(super) enum Guard {
     /// From everywhere: it lies in front of a flat opening.

@@ -1,8 +1,8 @@
 //! What may stand between points and an opening: all triangles that meet the shaft between the two.
 //!
 //! A shaft is the convex hull of two boxes, one around the points and one around the opening (Haines & Wallace 1994). A
-//! tree of boxes finds the triangles that reach into it. Unlike shadow rays, such a search misses nothing: where it finds
-//! no triangle, all of the opening is seen from every one of the points.
+//! tree of boxes finds the triangles that reach into it. Unlike shadow rays, such a search misses nothing: where it
+//! finds no triangle, all of the opening is seen from every one of the points.
 
 use glam::{DVec3, Vec3};
 
@@ -21,7 +21,8 @@ pub struct Blockers<'a> {
     pub caster: &'a RayCaster,
     /// Triangles in the order of the leaves.
     order: Vec<u32>,
-    /// A full binary tree: the children of box i are 2 i + 1 and 2 i + 2, and the boxes of the last level bound the leaves.
+    /// A full binary tree: the children of box i are 2 i + 1 and 2 i + 2, and the boxes of the last level bound the
+    /// leaves.
     boxes: Vec<AxisBox>,
 }
 
@@ -90,8 +91,8 @@ impl Shaft {
     /// The shaft between two boxes.
     pub(super) fn between(a: &AxisBox, b: &AxisBox) -> Self {
         let mut planes = Vec::with_capacity(14);
-        // Seen along each axis the hull of two rectangles has, besides sides of theirs, edges from a corner of one to the
-        // same corner of the other: where one reaches farther along one axis and the other along the other.
+        // Seen along each axis the hull of two rectangles has, besides sides of theirs, edges from a corner of one to
+        // the same corner of the other: where one reaches farther along one axis and the other along the other.
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             for (sign_i, sign_j) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
                 let corner = |bounds: &AxisBox, axis: usize, sign: f64| {
@@ -169,7 +170,7 @@ impl<'a> Blockers<'a> {
         self.caster.pane(material).map(|_| material)
     }
 
-    /// Hands `found` the triangles (and their numbers) that may reach into the shaft, until it says no.
+    /// Calls `found` with the triangles (and their numbers) that may reach into the shaft, until it returns false.
     pub(super) fn search(&self, shaft: &Shaft, mut found: impl FnMut(u32, [DVec3; 3]) -> bool) {
         let leaves = self.boxes.len().div_ceil(2);
         let mut open = [0_usize; 64];

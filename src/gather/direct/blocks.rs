@@ -1,12 +1,12 @@
-//! How the points of a receiver are cut into blocks whose points are near each other: one search for what stands in the way
-//! serves them all.
+//! How the points of a receiver are cut into blocks whose points are near each other: one search for what stands in the
+//! way serves them all.
 
 use std::ops::Range;
 
 use super::Gather;
 
-/// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the lowest
-/// luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
+/// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the
+/// lowest luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
 const BLOCKS: [(usize, usize); 3] = [(16, 4), (8, 4), (4, 2)];
 /// Points of a surface in a block, and in its parts: neighbours by how their triangle was halved.
 const RUN: usize = 16;

@@ -1,4 +1,5 @@
-//! Luminaires as direct light takes them: points, flat polygons, bodies, and meshes too fine to be taken piece by piece.
+//! Luminaires as direct light takes them: points, flat polygons, bodies, and meshes too fine to be taken piece by
+//! piece.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -10,6 +11,7 @@ use super::sample::MESH_STRATA;
 use super::web::{SeenShape, WebLight, WebParts, most_towards};
 use crate::embree::RayCaster;
 use crate::flux::{channels, photometric};
+use crate::gather::JUST_BEFORE;
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{Distribution, Luminaire, Opening};
@@ -192,7 +194,8 @@ fn body_source(luminaire: &Luminaire, body: Body) -> BodySource {
     BodySource { body, light, own }
 }
 
-/// A flat Lambertian opening of some area, m²; `flux` (lm) is that of the luminaire, `whole` the area of all its pieces.
+/// A flat Lambertian opening of some area, m²; `flux` (lm) is that of the luminaire, `whole` the area of all its
+/// pieces.
 fn lambertian(flux: f64, corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening) -> LightSource {
     let light = OpeningLight::Lambertian(flux / (PI * whole));
     LightSource::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
@@ -252,8 +255,8 @@ fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&O
 }
 
 impl OpeningLight {
-    /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon; `whole` is
-    /// what all of it brings, or 0 where that is what is asked for.
+    /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon;
+    /// `whole` is what all of it brings, or 0 where that is what is asked for.
     pub(super) fn sum(&self, pieces: &Pieces, up: DVec3, whole: f64, parts: &mut WebParts) -> f64 {
         match self {
             Self::Lambertian(luminance) => {
@@ -276,9 +279,9 @@ impl BodySource {
     /// What the body, which is in a box, brings at most, lx, to points of another that see it under a cosine of at most
     /// `cosine`.
     ///
-    /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen, and
-    /// E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε at most,
-    /// so the area seen by ε S/2.
+    /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen,
+    /// and E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε
+    /// at most, so the area seen by ε S/2.
     fn most(&self, bounds: &AxisBox, points: &AxisBox, cosine: f64) -> f64 {
         let distance = bounds.distance(points);
         let per_square = cosine / (distance * distance);
@@ -355,8 +358,8 @@ fn cosine_above(shining: &AxisBox, points: &AxisBox, up: DVec3) -> f64 {
     if above <= 0.0 { 0.0 } else { (above / shining.distance(points)).min(1.0) }
 }
 
-/// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is the
-/// shining side's normal and height, if it has any.
+/// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is
+/// the shining side's normal and height, if it has any.
 fn most_per_area(shining: &AxisBox, plane: Option<(DVec3, f64)>, points: &AxisBox, up: DVec3) -> f64 {
     let distance = shining.distance(points);
     let cosine = |height: f64| (height / distance).clamp(0.0, 1.0); // NaN for 0/0 only, and then the height is 0
@@ -394,7 +397,7 @@ impl PointSource {
     pub(super) fn passed(&self, start: DVec3, caster: &RayCaster) -> [f64; 3] {
         let to = self.position - start;
         let distance = to.length();
-        let reach = (distance * (1.0 - 1e-5)) as f32; // short of what the luminaire may be mounted on
+        let reach = (distance * JUST_BEFORE) as f32;
         caster.transmittance(start.as_vec3(), (to / distance).as_vec3(), reach).map(f64::from)
     }
 }
@@ -410,8 +413,8 @@ impl MeshSource {
         sum > 0.0
     }
 
-    /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of samples
-    /// spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
+    /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of
+    /// samples spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
     pub(super) fn sample(
         &self,
         start: Vec3,

@@ -1,9 +1,10 @@
-//! Faint luminaires: in a large room most of them bring a point next to nothing each, and hide behind ever more furniture.
+//! Faint luminaires: in a large room most of them bring a point next to nothing each, and hide behind ever more
+//! furniture.
 //!
-//! To cut every shadow of every one of hundreds out exactly would take nearly all of a run's time, for a share of the light
-//! that is smaller than what is known of the rest. So what remains after the strong ones is left to rays: each draws one
-//! faint luminaire by what it can bring at most, and a point on it. That has no bias, its noise is in the samples' scatter,
-//! falls from pass to pass, and neighbours smooth it.
+//! To cut every shadow of every one of hundreds out exactly would take nearly all of a run's time, for a share of the
+//! light that is smaller than what is known of the rest. So what remains after the strong ones is left to rays: each
+//! draws one faint luminaire by what it can bring at most, and a point on it. That has no bias, its noise is in the
+//! samples' scatter, falls from pass to pass, and neighbours smooth it.
 
 use glam::Vec3;
 
@@ -12,7 +13,8 @@ use super::sample::Target;
 use crate::embree::RayCaster;
 use crate::random::Stream;
 
-/// A luminaire is faint where it brings no more than this part of what the brightest point of the block has got already …
+/// A luminaire is faint where it brings no more than this part of what the brightest point of the block has got already
+/// …
 pub(super) const FAINT: f64 = 0.02;
 /// … and more triangles than this may be in its way.
 pub(super) const MAX_BLOCKERS_IF_STRONG: usize = 64;
@@ -32,8 +34,8 @@ impl<const C: usize> Faint<C> {
         self.drawn.is_empty()
     }
 
-    /// An estimate without bias of what the faint luminaires bring to a point, lx, and the rays that took; `share` (0 … 1,
-    /// uniform) chooses the luminaire that stands for them. Cost: one shadow ray, where there is a faint one at all.
+    /// An estimate without bias of what the faint luminaires bring to a point, lx, and the rays that took; `share` (0 …
+    /// 1, uniform) chooses the luminaire that stands for them. Cost: one shadow ray, where there is a faint one at all.
     pub fn sample(
         &self,
         point: usize,

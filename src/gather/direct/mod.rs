@@ -1,14 +1,14 @@
 //! Direct light: Lambert's formula, or a sum over measured intensities, for what is seen of each opening.
 //!
-//! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there: a
-//! search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
-//! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled, and
-//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast (`web`).
-//! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far luminaires that
-//! hardly matter.
+//! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there:
+//! a search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
+//! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled,
+//! and nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast (`web`).
+//! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far
+//! luminaires that hardly matter.
 //!
-//! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives with the
-//! photons. Panes let their share of the light pass straight (`panes`).
+//! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives
+//! with the photons. Panes let their share of the light pass straight (`panes`).
 
 mod blocker;
 pub mod blockers;
@@ -33,6 +33,7 @@ use self::emitter::{EmittingPiece, LightSource, emitters};
 use self::faint::{FAINT, Faint, MAX_BLOCKERS_IF_STRONG};
 use self::view::OpeningView;
 use self::visit::Visit;
+pub(super) use self::web::FLATTEST;
 use super::receiver::Receiver;
 use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
@@ -78,13 +79,14 @@ impl<const C: usize> DirectLight<C> {
     }
 }
 
-/// Direct illuminance of every point of `receiver` by all luminaires. `progress` hears one step a luminaire.
+/// Direct illuminance of every point of `receiver` by all luminaires. `progress` is called with steps that add up to
+/// one for each luminaire.
 ///
-/// Error: that of the points' coordinates (single precision, and some 1e-6 of the scene's size off surfaces) where fewer than
-/// 192 triangles are in the way of a flat opening. What is sampled instead is in [`DirectLight::variance`]: openings behind
-/// more triangles, emitting meshes of more than 256 triangles, and luminaires that matter little (at most 0.1 % of E, one
-/// standard deviation, together). On top, E is too low by [`DirectLight::left_out`] at most.
-/// Cost for a point and luminaire, measured in the seed office: 0.4 µs on the floor under desks, 0.1 µs at 0.75 m.
+/// Error: that of the points' coordinates (single precision, and some 1e-6 of the scene's size off surfaces) where
+/// fewer than 192 triangles are in the way of a flat opening. What is sampled instead is in [`DirectLight::variance`]:
+/// openings behind more triangles, emitting meshes of more than 256 triangles, and luminaires that matter little (at
+/// most 0.1 % of E, one standard deviation, together). On top, E is too low by [`DirectLight::left_out`] at most. Cost
+/// for a point and luminaire, measured in the seed office: 0.4 µs on the floor under desks, 0.1 µs at 0.75 m.
 pub fn direct_light<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
@@ -95,16 +97,16 @@ pub fn direct_light<const C: usize>(
     direct_light_for(luminaires, receiver, blockers, seed, progress, Request::default()).0
 }
 
-/// What is asked for beside the light of all.
+/// What is wanted besides the light of all luminaires together.
 #[derive(Clone, Copy, Default)]
 pub struct Request<'a> {
     /// The part of each of these light groups: some ns a point and luminaire more.
     pub groups: Option<&'a LightGroups>,
-    /// That luminaires that are faint where much stands in their way are told instead of summed up.
+    /// Luminaires that are faint where much stands in their way are returned as [`Faint`] instead of summed up.
     pub faint: bool,
 }
 
-/// The same, and what else is asked for: the light lacks that of the faint luminaires told.
+/// The same, and what else `request` wants: the light lacks that of the faint luminaires returned.
 pub fn direct_light_for<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
@@ -172,7 +174,7 @@ pub fn direct_light_for<const C: usize>(
     (light, Faint { emitters, of_point, drawn })
 }
 
-/// What the points of a block have got.
+/// The light summed up at the points of a block.
 struct LitBlock<const C: usize> {
     points: Vec<usize>,
     sums: Vec<PointSum<C>>,
@@ -188,7 +190,7 @@ fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
     rows.into_iter().map(|sum| sum as f32).collect()
 }
 
-/// What a point has got so far.
+/// The light summed up at a point so far.
 #[derive(Clone, Copy)]
 struct PointSum<const C: usize> {
     value: [f64; C],
@@ -203,8 +205,8 @@ struct PointSum<const C: usize> {
 }
 
 impl<const C: usize> PointSum<C> {
-    /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of its
-    /// photometric value.
+    /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of
+    /// its photometric value.
     fn add(&mut self, emitter: &EmittingPiece<C>, (lux, variance): ([f64; 3], f64)) {
         let tinted = emitter.tinted(lux);
         (0..C).for_each(|c| self.value[c] += tinted[c]);
@@ -213,7 +215,7 @@ impl<const C: usize> PointSum<C> {
     }
 }
 
-/// Buffers that are used again and again.
+/// Memory reused from block to block.
 #[derive(Default)]
 struct DirectScratch {
     block: Vec<Blocker>,
@@ -259,8 +261,8 @@ impl<const C: usize> Gather<'_, C> {
             .with(AxisBox::around_exact(points.iter().map(|&point| self.place(point))))
     }
 
-    /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
-    /// until those left over can't matter any more.
+    /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come
+    /// first, until those left over can't matter any more.
     fn block(
         &self,
         block: &PointBlock,
@@ -330,7 +332,7 @@ impl<const C: usize> Gather<'_, C> {
             && self.search(emitter, bounds, MAX_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
     }
 
-    /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.
+    /// Rows of E and of variances by group for some points: none without light groups, no variances on a grid.
     fn rows(&self, points: usize) -> [Vec<f64>; 2] {
         let groups = self.groups.map_or([0; 2], |groups| {
             [groups.width::<C>(), if self.receiver.grid.is_some() { 0 } else { groups.len() }]

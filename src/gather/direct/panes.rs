@@ -8,8 +8,8 @@ use super::polygon::{Pieces, Shadow};
 use super::web::WebParts;
 use crate::embree::RayCaster;
 
-/// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is left of
-/// the variation within it, taken by a rule of degree two, is some 10⁻⁴.
+/// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is
+/// left of the variation within it, taken by a rule of degree two, is some 10⁻⁴.
 const MAX_VARIATION: f64 = 0.004;
 /// Halvings of a part at most, which make it 2⁸ times as small.
 const MAX_HALVINGS: u32 = 8;

@@ -1,4 +1,5 @@
-//! Shadow rays, where too many triangles are in the way of an opening to cut each shadow out of it, or it matters too little.
+//! Shadow rays, where too many triangles are in the way of an opening to cut each shadow out of it, or it matters too
+//! little.
 
 use glam::{DVec3, Vec3};
 
@@ -6,8 +7,8 @@ use super::emitter::{BodySource, OpeningLight, Polygon, grey};
 use crate::embree::RayCaster;
 use crate::random::Stream;
 
-/// Strata along each side of an opening: of a first look with one ray each, and of a second with two each where the first
-/// saw a mixture.
+/// Strata along each side of an opening: of a first set with one ray each, and of a second with two each where the
+/// first saw some of it, not all.
 const FIRST: u32 = 4;
 const SECOND: u32 = 8;
 /// Strata of an emitting mesh for each point; two samples in each.
@@ -28,7 +29,8 @@ pub(super) const GLIMPSE: f64 = 0.25;
 pub(super) enum Target<'a> {
     /// On a flat opening.
     Flat(&'a Polygon),
-    /// On a body, which has an outline as seen from the point; towards unit vectors that are its corners and its middle.
+    /// On a body, which has an outline as seen from the point; towards unit vectors that are its corners and its
+    /// middle.
     Body { source: &'a BodySource, corners: Vec<DVec3>, middle: DVec3, shares: Vec<f64> },
 }
 
@@ -36,8 +38,8 @@ pub(super) enum Target<'a> {
 pub(super) struct OpeningRay {
     pub(super) direction: Vec3,
     pub(super) distance: f32,
-    /// What the opening brings from there: of a Lambertian flat one per unit of luminance and area, of a measured flat one in
-    /// lx if all of it shone from there, else in any unit.
+    /// What the opening brings from there: of a Lambertian flat one per unit of luminance and area, of a measured flat
+    /// one in lx if all of it shone from there, else in any unit.
     pub(super) weight: f64,
 }
 
@@ -53,8 +55,8 @@ impl<'a> Target<'a> {
         Self::Body { source, shares: shares.collect(), corners, middle }
     }
 
-    /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the unit
-    /// square for equal areas of it, or of the triangles from the middle of an outline to its corners.
+    /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the
+    /// unit square for equal areas of it, or of the triangles from the middle of an outline to its corners.
     pub(super) fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> OpeningRay {
         match self {
             Self::Flat(polygon) => {
@@ -98,8 +100,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Share of the light (red, green, blue) along a ray that passes what is in the way: panes, and the body itself, which is
-    /// not quite the solid it stands for.
+    /// Share of the light (red, green, blue) along a ray that passes what is in the way: panes, and the body itself,
+    /// which is not quite the solid it stands for.
     fn passed(&self, ray: &OpeningRay, start: Vec3, caster: &RayCaster) -> [f64; 3] {
         let passed = match self {
             Self::Flat(_) => caster.transmittance(start, ray.direction, ray.distance),
@@ -126,8 +128,9 @@ pub(super) fn glimpse(
 
 /// What rays to strata of an opening tell of it.
 ///
-/// Two rays in each stratum tell its variance without bias. Where a first look saw all of it or nothing, one stratum of n
-/// may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its square.
+/// Two rays in each stratum tell its variance without bias. Where the first set saw all of it or nothing, one stratum
+/// of n may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its
+/// square.
 pub(super) fn stratified(
     target: &Target<'_>,
     start: Vec3,

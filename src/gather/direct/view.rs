@@ -109,8 +109,8 @@ impl OpeningView {
         true
     }
 
-    /// Cuts the shadows of some blockers out of the opening observed last, and tells whether any falls on it; nothing if that
-    /// takes too many cuts.
+    /// Cuts the shadows of some blockers out of the opening observed last, and tells whether any falls on it; nothing
+    /// if that takes too many cuts.
     pub(super) fn cut(&mut self, blockers: &[Blocker], source: &LightSource, eye: DVec3) -> Option<bool> {
         self.start();
         for blocker in blockers {

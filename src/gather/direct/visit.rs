@@ -1,5 +1,5 @@
-//! The light of one emitter at the points of a block: what may stand in the way is searched for once for many points, shadows
-//! are cut out for each point, and rays sample where there is too much to cut or too little to gain.
+//! The light of one emitter at the points of a block: what may stand in the way is searched for once for many points,
+//! shadows are cut out for each point, and rays sample where there is too much to cut or too little to gain.
 
 use glam::DVec3;
 
@@ -12,9 +12,9 @@ use super::sample::{self, Target};
 use super::view::OpeningView;
 use super::{DirectScratch, Gather, InTheWay, MAX_BLOCKERS, PointSum};
 
-/// Where an opening can bring no more than this part of a point's light and more than [`MAX_BLOCKERS_IF_WEAK`] triangles
-/// are in its way, a single ray decides; but not where such rays would make a standard deviation above [`MAX_GLIMPSED`] of
-/// the point's light in all.
+/// Where an opening can bring no more than this part of a point's light and more than [`MAX_BLOCKERS_IF_WEAK`]
+/// triangles are in its way, a single ray decides; but not where such rays would make a standard deviation above
+/// [`MAX_GLIMPSED`] of the point's light in all.
 const WEAK: f64 = 3e-4;
 /// See [`WEAK`].
 const MAX_BLOCKERS_IF_WEAK: usize = 8;
@@ -173,8 +173,8 @@ impl<const C: usize> Visit<'_, '_, C> {
         })
     }
 
-    /// Illuminance (lx) by the opening observed last, of which all brings `lux`, with the shadows of what is in the way cut
-    /// out; nothing where that is too much to cut.
+    /// Illuminance (lx) by the opening observed last, of which all brings `lux`, with the shadows of what is in the way
+    /// cut out; nothing where that is too much to cut.
     #[inline]
     fn exact(
         &self,
@@ -216,8 +216,8 @@ impl<const C: usize> Visit<'_, '_, C> {
         (seen.share.map(|share| lux * share), lux * lux * seen.variance)
     }
 
-    /// Whether it can be shown that all of the opening observed last is hidden: rays to what is still lit find triangles,
-    /// whose shadows are cut out, until nothing is lit or a ray gets through.
+    /// Whether it can be shown that all of the opening observed last is hidden: rays to what is still lit find
+    /// triangles, whose shadows are cut out, until nothing is lit or a ray gets through.
     fn is_hidden(&self, point: usize, scratch: &mut DirectScratch) -> bool {
         let gather = self.gather;
         let DirectScratch { suspects, view, rays, .. } = scratch;
@@ -269,8 +269,8 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 }
 
-/// Cuts the shadows of blockers out of the opening observed last, and keeps those that hide some of it for the next points;
-/// whether there is any.
+/// Cuts the shadows of blockers out of the opening observed last, and keeps those that hide some of it for the next
+/// points; whether there is any.
 fn hide_all(
     found: &[Blocker],
     source: &LightSource,

@@ -1,9 +1,11 @@
-//! Measured luminaires seen from a point: luminance times projected solid angle, summed over what is seen of the opening.
+//! Measured luminaires seen from a point: luminance times projected solid angle, summed over what is seen of the
+//! opening.
 //!
-//! No formula gives this sum. It is taken over convex parts: of a flat opening itself, of a body its outline as seen from the
-//! point, since all of the body has one luminance towards one direction. Each part has five nodes: its centroid, and four
-//! that share its area, centroid and second moments, so that polynomials of degree two come out exactly. Where both answers
-//! differ too much, light falls off steeply across a skew part, or the part is wide, it is halved.
+//! No formula gives this sum. It is taken over convex parts: of a flat opening itself, of a body its outline as seen
+//! from the point, since all of the body has one luminance towards one direction. Each part has five nodes: its
+//! centroid, and four that share its area, centroid and second moments, so that polynomials of degree two come out
+//! exactly. Where both answers differ too much, light falls off steeply across a skew part, or the part is wide, it is
+//! halved.
 
 use glam::DVec3;
 
@@ -12,24 +14,26 @@ use super::polygon::{Pieces, lambert};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 
-/// The part of an opening's light by which a part's four nodes and its centroid may differ is the root of this times the part
-/// of the light that comes from there. The error of four nodes is about the square of that difference.
+/// The part of an opening's light by which a part's four nodes and its centroid may differ is the root of this times
+/// the part of the light that comes from there. The error of four nodes is about the square of that difference.
 const DIFFERENCE: f64 = 4e-4;
 /// What skewness may bring by estimate, as part of an opening's light.
 const LOPSIDED: f64 = 2e-4;
-/// A difference of this part of an opening's light matters never.
+/// A difference below this part of an opening's light never matters.
 const TOO_LITTLE: f64 = 1e-6;
-/// Parts are no wider than this part of the angle over which intensity may change by its largest value, within bounds (rad).
+/// Parts are no wider than this part of the angle over which intensity may change by its largest value, within bounds
+/// (rad).
 const PART_OF_SCALE: f64 = 0.6;
 const WIDTHS: [f64; 2] = [0.02, 0.25];
-/// Wide parts are let be where they can bring no more than this part of the opening's light.
+/// Wide parts are not halved where they can bring no more than this part of the opening's light.
 const WIDE_BUT_WEAK: f64 = 2e-3;
-/// Parts looked at for one opening and point; from then on each is taken as seen in its mean direction.
+/// Parts treated for one opening and point; each further one is taken as seen in its mean direction.
 const MAX_PARTS: usize = 400;
 /// Corners of a cone this near (cosine) to its middle are put on one plane.
 const NARROW: f64 = 0.5;
-/// Smallest cosine under which a flat opening counts as seen where it is taken as a whole.
-const FLATTEST: f64 = 1e-3;
+/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
+/// something that is not flat, and flat it would be infinitely bright.
+pub(in crate::gather) const FLATTEST: f64 = 1e-3;
 
 /// A measured luminaire, or one side of it.
 pub(super) struct WebLight {
@@ -60,7 +64,7 @@ impl SeenShape {
     }
 }
 
-/// Buffers that are used again and again.
+/// Memory reused from sum to sum.
 #[derive(Default)]
 pub(super) struct WebParts {
     open: Pieces,
@@ -83,10 +87,10 @@ impl WebLight {
         Self { measured: measured.clone(), flux, most, width, shape }
     }
 
-    /// Illuminance (lx) at the origin, facing `up`, from convex parts of the opening or of its outline, all above the horizon;
-    /// `whole` is what all of it brings, 0 if that isn't known yet. Error: at most some 1e-3 of it, 1e-4 as a rule (tests
-    /// compare with a thousand times as many nodes). Cost: 5 intensities where the opening is seen under up to a quarter of
-    /// its distance, and some tens next to it.
+    /// Illuminance (lx) at the origin, facing `up`, from convex parts of the opening or of its outline, all above the
+    /// horizon; `whole` is what all of it brings, 0 if that isn't known yet. Error: at most some 1e-3 of it, 1e-4 as a
+    /// rule (tests compare with a thousand times as many nodes). Cost: 5 intensities where the opening is seen under up
+    /// to a quarter of its distance, and some tens next to it.
     pub(super) fn sum<'a>(
         &self,
         pieces: impl Iterator<Item = &'a [DVec3]>,
@@ -97,10 +101,10 @@ impl WebLight {
         let WebParts { open, part, flattened } = parts;
         open.clear();
         pieces.for_each(|piece| open.push(piece));
-        let (mut sum, mut looked_at) = (0.0, 0);
+        let (mut sum, mut treated) = (0.0, 0);
         while open.pop(part) {
-            looked_at += 1;
-            if looked_at > MAX_PARTS {
+            treated += 1;
+            if treated > MAX_PARTS {
                 sum += self.as_whole(part, up);
                 continue;
             }
@@ -112,7 +116,8 @@ impl WebLight {
         sum.max(0.0)
     }
 
-    /// Intensity over distance squared, times cos, per area of the plane a part lies in: without the intensity, and that.
+    /// Intensity over distance squared, times cos, per area of the plane a part lies in: without the intensity, and
+    /// that.
     #[inline]
     fn kernel(&self, to: DVec3, up: DVec3) -> (f64, f64) {
         let square = to.length_squared();
@@ -217,22 +222,23 @@ pub(super) fn most_towards(measured: &Measured, shining: &AxisBox, points: &Axis
     measured.web().most_between(within(least, -1.0) - 1e-6, within(most, 1.0) + 1e-6)
 }
 
-/// A skew polygon has third moments, which its four nodes don't have: how far its centroid is off its middle along an axis, by
-/// length. Halved ellipses, whose third moment is about 0.2 of the second's root cubed, have 0.16.
+/// A skew polygon has third moments, which its four nodes don't have: how far its centroid is off its middle along an
+/// axis, by length. Halved ellipses, whose third moment is about 0.2 of the second's root cubed, have 0.16.
 fn skewness(corners: &[DVec3], centre: DVec3, axis: DVec3) -> f64 {
     let along = corners.iter().map(|corner| (*corner - centre).dot(axis));
     let [low, high] = along.fold([0.0_f64; 2], |[low, high], x| [low.min(x), high.max(x)]);
     if high > low { (high + low).abs() / (high - low) } else { 0.0 }
 }
 
-/// The share of light that its third derivative would bring to a part of skewness 1 if light fell exponentially from one
-/// node to the other.
+/// The share of light that its third derivative would bring to a part of skewness 1 if light fell exponentially from
+/// one node to the other.
 fn fall(a: f64, b: f64) -> f64 {
     let slope = (a - b) / (a + b);
     if slope.is_finite() { 0.125 * slope.abs().powi(3) } else { 0.0 }
 }
 
-/// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second moments.
+/// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second
+/// moments.
 struct PolygonMoments {
     area: f64,
     centre: DVec3,
@@ -285,8 +291,8 @@ impl PolygonMoments {
 mod tests {
     use super::*;
 
-    /// Four nodes of a rectangle, a triangle and a skew quadrilateral give x², xy and y² exactly: against a fan of triangles
-    /// with the rule of the sides' middles, which is exact for degree two.
+    /// Four nodes of a rectangle, a triangle and a skew quadrilateral give x², xy and y² exactly: against a fan of
+    /// triangles with the rule of the sides' middles, which is exact for degree two.
     #[test]
     fn four_nodes_have_the_moments_of_their_polygon() {
         let plane = [DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, 0.0, 1.0)];

@@ -1,5 +1,5 @@
-//! Light that photons are counted for: caustics in the cells of planes, and whatever photons tell on samples of surfaces and
-//! about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells help each other.
+//! Light that photons are counted for: caustics in the cells of planes, and all light that photons bring to samples of
+//! surfaces and about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells help each other.
 
 use std::io;
 
@@ -22,7 +22,8 @@ pub struct CountedLight<const C: usize> {
 }
 
 impl<const C: usize> CountedLight<C> {
-    /// Of points that stand for these areas (m²), with rows of `width` numbers for light groups, 0 where there are none.
+    /// Of points that stand for these areas (m²), with rows of `width` numbers for light groups, 0 where there are
+    /// none.
     pub fn new(areas: Vec<f64>, width: usize) -> Self {
         Self { counts: Counts::new(areas, width), smoothed: Vec::new() }
     }

@@ -1,5 +1,5 @@
-//! Light told by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side; light
-//! with edges over discs of a ladder of radii about single points; all of it at once by the paper's estimator.
+//! Light told by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side;
+//! light with edges over discs of a ladder of radii about single points; all of it at once by the paper's estimator.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io;
@@ -221,7 +221,7 @@ impl<const C: usize> LightPart<C> for Discs<C> {
         let mut chosen = Vec::new();
         let found = self.sums.whole.chunks(LADDER).zip(&site.visible).map(|(sums, around)| {
             let discs: Vec<Estimate<C>> = sums.iter().map(|sum| sum.mean(known.sets)).collect();
-            // Where walls leave little of the disc, one photon would bring the more.
+            // Where walls leave little of the disc, one photon would bring more.
             let open = around.view(self.widest).moments().one / FRAC_PI_2;
             let (disc, found) = of_ladder(&discs, quantum / open.max(SMALLEST_SHARE));
             chosen.push(disc as u8);

@@ -1,10 +1,10 @@
 //! The parts of the light at the points of a receiver.
 //!
-//! What arrives at a point is a sum: light straight from luminaires, cut exactly or sampled; light that has bounced, found by
-//! rays or told by the density of photons; caustics, counted in cells or over discs. Each part knows its light better with
-//! every round of photons and rays, and keeps for itself what it needs for that: its sums, their light groups, the choices it
-//! made. A new part is one file here with a type that implements [`LightPart`], and one line where a method lists its parts
-//! (`render/method.rs`).
+//! What arrives at a point is a sum: light straight from luminaires, cut exactly or sampled; light that has bounced,
+//! found by rays or told by the density of photons; caustics, counted in cells or over discs. Each part knows its light
+//! better with every round of photons and rays, and keeps for itself what it needs for that: its sums, their light
+//! groups, the choices it made. A new part is one file here with a type that implements [`LightPart`], and one line
+//! where a method lists its parts (`render/method.rs`).
 
 pub mod counted;
 pub mod density;
@@ -77,7 +77,7 @@ pub struct PhotonRound<'a, const C: usize> {
     pub landed: &'a ChosenMap<C>,
     /// Limits of the search in densities.
     pub search: SearchLimits,
-    /// Light groups that are told apart.
+    /// Light groups that are kept apart.
     pub groups: Option<&'a LightGroups>,
 }
 
@@ -93,7 +93,7 @@ pub struct RayRound<'a, const C: usize> {
     pub records: Option<Records<'a, C>>,
     /// The same by light group.
     pub patches: Option<&'a PatchGroups<C>>,
-    /// Light groups that are told apart.
+    /// Light groups that are kept apart.
     pub groups: Option<&'a LightGroups>,
 }
 
@@ -127,7 +127,7 @@ impl GroupRows {
 
 /// One part of the light at the points of a receiver, known better with every round.
 ///
-/// Values are E in lx, variances lx². A part that stays silent on a question has nothing to say there.
+/// Values are E in lx, variances lx². A method that a part does not implement adds nothing.
 pub trait LightPart<const C: usize>: Send + Sync {
     /// Where its light comes from.
     fn source(&self) -> LightOrigin;
@@ -140,8 +140,8 @@ pub trait LightPart<const C: usize>: Send + Sync {
         0
     }
 
-    /// What all rounds so far say of light at each point that was not straight from luminaires, and of its error: noise, and
-    /// bias where there is some. Empty where there is none.
+    /// What all rounds so far say of light at each point that was not straight from luminaires, and of its error:
+    /// noise, and bias where there is some. Empty where there is none.
     fn conclude(&mut self, _known: PhotonTotal, _site: &Site) -> Vec<Estimate<C>> {
         Vec::new()
     }
@@ -169,7 +169,7 @@ pub trait LightPart<const C: usize>: Send + Sync {
         None
     }
 
-    /// Variance that is added at each point since somebody else contradicts this part; empty where nobody does.
+    /// Variance that is added at each point where photons contradict this part; empty without such photons.
     fn doubt(&self) -> &[f64] {
         &[]
     }

@@ -1,5 +1,6 @@
-//! Light that has bounced, found by rays from the points: final gather where they end on surfaces whose light photons know,
-//! paths where they go on. Neighbours on a grid help each other; where rays rely on photons, other photons are their witness.
+//! Light that has bounced, found by rays from the points: final gather where they end on surfaces whose light photons
+//! know, paths where they go on. Neighbours on a grid help each other; where rays rely on photons, other photons are
+//! their witness.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,14 +34,14 @@ pub struct RayLight<const C: usize> {
     /// What that adds to the variance of each point, lx²; empty without such photons.
     doubt: Vec<f64>,
     contradiction: Option<Contradiction>,
-    /// Whether light groups are told apart, and the windows chosen at each point, which their light is put through.
+    /// Whether light groups are kept apart, and the windows chosen at each point, which their light is put through.
     in_groups: bool,
     windows: Vec<usize>,
 }
 
 impl<const C: usize> RayLight<C> {
-    /// None yet from the points of a receiver. `seed` is the receiver's own, `times` the rays of its points for each that a
-    /// point of a grid sends; `groups` are those to be told apart here.
+    /// None yet from the points of a receiver. `seed` is the receiver's own, `times` the rays of its points for each
+    /// that a point of a grid sends; `groups` are those to be kept apart here.
     pub fn new(
         receiver: &Receiver,
         seed: Seed,
@@ -76,8 +77,8 @@ pub struct FromPoint<'a, const C: usize> {
 }
 
 impl<const C: usize> FromPoint<'_, C> {
-    /// The sum of what they find, lx, and the rays cast, those onward from where they end included; `origins` hears where
-    /// the light comes from.
+    /// The sum of what they find, lx, and the rays cast, those onward from where they end included; `origins` receives
+    /// where the light comes from.
     pub fn find(&self, point: usize, origins: &mut impl Origins<C>) -> ([f64; C], u64) {
         let (mut sum, mut cast) = ([0.0; C], 0);
         let start = self.receiver.start(point);

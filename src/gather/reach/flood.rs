@@ -7,8 +7,8 @@ use crate::gather::receiver::Receiver;
 use crate::sets::Sets;
 
 impl LightReach<'_> {
-    /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place are
-    /// places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
+    /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place
+    /// are places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
     pub(super) fn flood(&self, number: usize, receiver: &Receiver, found: &mut [Standing]) -> Vec<SpacePart> {
         let count = receiver.len();
         let columns = receiver.grid.map_or(count, |[columns, _]| columns);

@@ -1,11 +1,11 @@
 //! Whether light can arrive at a point at all.
 //!
-//! A grid point inside a table leg has no illuminance: it is no place. Which points are such is asked of space, not of
-//! normals that meshes rarely keep in order, and not of luck: points of one receiver that see each other are one part of
-//! space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has come to
-//! (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed body stands
-//! between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a hole of three
-//! millimetres asks for show a way.
+//! A grid point inside a table leg has no illuminance: it is no place. Which points are such is decided by space, not
+//! by normals, which meshes rarely keep in order, and not by chance: points of one receiver that see each other are one
+//! part of space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has
+//! come to (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed
+//! body stands between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a
+//! hole of three millimetres asks for show a way.
 
 mod flood;
 mod probes;
@@ -50,7 +50,7 @@ const ARRIVALS: usize = 2;
 /// Why a point has a value, or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Standing {
-    /// Light can arrive: it has a value, be it 0.
+    /// Light can arrive: it has a value, which may be 0.
     #[default]
     Place,
     /// Something opaque lies on it, nearer than a hundredth of the spacing of points.
@@ -62,7 +62,7 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// The reasons for having no value, in the order in which they are told.
+    /// The reasons for having no value, in the order of reports.
     pub const WITHOUT_VALUE: [Self; 3] = [Self::Inside, Self::Covered, Self::Dark];
 
     /// Whether it has a value.
@@ -81,7 +81,7 @@ impl Standing {
     }
 }
 
-/// Points that are asked for.
+/// Points to be decided.
 pub struct Points<'a> {
     /// The receiver.
     pub receiver: &'a Receiver,
@@ -103,7 +103,7 @@ struct SpacePart {
     points: Vec<u32>,
 }
 
-/// Tells the points of those parts of space that are decided; returns the others.
+/// Sets the standing of the points in those parts of space that are decided; returns the others.
 fn settle(parts: Vec<SpacePart>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<SpacePart> {
     let mut left = Vec::new();
     for (part, decided) in parts.into_iter().zip(decided) {
@@ -116,7 +116,7 @@ fn settle(parts: Vec<SpacePart>, decided: &[bool], standing: Standing, found: &m
     left
 }
 
-/// Tells places from the insides of things.
+/// Decides which points light can reach.
 pub struct LightReach<'a> {
     scene: &'a Scene,
     caster: &'a RayCaster,
@@ -158,8 +158,8 @@ impl<'a> LightReach<'a> {
         reach
     }
 
-    /// What every point of some receivers is. Where neither walks nor proofs decide, a part of space is a place if one of its
-    /// points `is_lit`, by receiver and point. Cost: one or two rays a point where light comes straight.
+    /// What every point of some receivers is. Where neither walks nor proofs decide, a part of space is a place if one
+    /// of its points `is_lit`, by receiver and point. Cost: one or two rays a point where light comes straight.
     pub fn standings(
         &mut self,
         asked: &[Points<'_>],
@@ -209,7 +209,7 @@ impl<'a> LightReach<'a> {
     /// Which points are covered, and which see light at once; the others are dark as yet.
     fn first_pass(&self, asked: &Points<'_>) -> Vec<Standing> {
         let receiver = asked.receiver;
-        let look = |point: usize| {
+        let standing = |point: usize| {
             let start = receiver.start(point);
             let within = asked.covered_within(point);
             let mut stream = self.seed.stream(point as u64);
@@ -224,7 +224,7 @@ impl<'a> LightReach<'a> {
             let seen = (0..POINT_TRIES).any(|attempt| self.sees_light(start, attempt, &mut stream));
             if seen { Standing::Place } else { Standing::Dark }
         };
-        (0..receiver.len()).into_par_iter().with_min_len(64).map(look).collect()
+        (0..receiver.len()).into_par_iter().with_min_len(64).map(standing).collect()
     }
 
     /// Whether some ways and short walks from a part's points meet light.
@@ -235,8 +235,8 @@ impl<'a> LightReach<'a> {
             || (0..SHORT_WALKS).any(|walk| self.walk_from(receiver, point(walk), SHORT, &mut stream))
     }
 
-    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short walks
-    /// come first; what they reach is lit for the others.
+    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short
+    /// walks come first; what they reach is lit for the others.
     fn walk_long(&mut self, asked: &[Points<'_>], parts: &[SpacePart]) -> Vec<bool> {
         let of = |part: &SpacePart| asked[part.receiver].receiver;
         let wanted = |part: &SpacePart| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);

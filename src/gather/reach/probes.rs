@@ -1,7 +1,7 @@
 //! Narrow openings, found where they are: at the rims of faces.
 //!
-//! A point just beside a rim sees what is on both sides of the face, however small the opening is of which that rim is a
-//! part. If some of what it sees is lit, all of it is.
+//! A point just beside a rim sees what is on both sides of the face, however small the opening is of which that rim is
+//! a part. If some of what it sees is lit, all of it is.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use super::LightReach;
 use super::shells::Shells;
 
-/// Rims that are looked at, and how far off them, in the longest steps that rays start off surfaces.
+/// Rims that are examined, and the distance of the point beside them, in the longest steps that rays start off
+/// surfaces.
 const MAX_RIMS: usize = 4096;
 const OFF: f32 = 4.0;
 /// Rays from a point beside a rim, and how many of them must agree: more than can slip through cracks.

@@ -1,8 +1,8 @@
 //! Closed bodies of opaque faces: no light passes them, whatever else is in the scene.
 //!
-//! Faces that share edges, every edge an even number of times, part space in two: a ray from a point crosses them an odd
-//! number of times if the point is on another side than what is far away. Nothing is asked of their winding. A sheet that
-//! ends at such a body with a free rim is peeled off it first.
+//! Faces that share edges, every edge an even number of times, part space in two: a ray from a point crosses them an
+//! odd number of times if the point is on another side than what is far away. Their winding does not matter. A sheet
+//! that ends at such a body with a free rim is peeled off it first.
 
 use std::sync::OnceLock;
 
@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use crate::geometry::Mesh;
 use crate::sets::Sets;
 
-/// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is tried.
+/// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is
+/// tried.
 const RIM: f64 = 1e-11;
 /// Directions along which crossings are counted, until one of them meets no rim.
 const DIRECTIONS: [[f64; 3]; 6] = [
@@ -23,7 +24,7 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.409_878_030_6, -0.614_817_045_9, -0.673_789_901_4],
     [-0.911_922_3, 0.105_221_8, 0.396_6],
 ];
-/// Triangles that may be looked at to learn whether a body holds all luminaires.
+/// Triangles that may be tested to find whether a body holds all luminaires.
 const MAX_WORK: usize = 1_000_000_000;
 /// Cosine beyond which two faces count as one that goes on straight: no rim between them.
 const STRAIGHT: f64 = 0.25;
@@ -33,8 +34,8 @@ pub(super) struct Shells<'a> {
     mesh: &'a Mesh,
     /// The smallest first.
     bodies: Vec<ClosedBody>,
-    /// Middles of edges at which a face ends, and of those at which two meet at an angle; and the direction that leads away
-    /// from the faces.
+    /// Middles of edges at which a face ends, and of those at which two meet at an angle; and the direction that leads
+    /// away from the faces.
     pub(super) rims: Vec<(Vec3, Vec3)>,
 }
 
@@ -62,7 +63,7 @@ impl<'a> Shells<'a> {
     pub(super) fn shut_off(&self, point: Vec3, lamps: &[Vec3]) -> bool {
         self.bodies.iter().any(|body| match body.contains(self.mesh, point) {
             Some(true) => lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(false)),
-            // One thread finds out: who waits for others here might be given the same question.
+            // One thread computes it: a thread that waited here for others could be given the same task by the pool.
             Some(false) => *body.holds_lamps.get_or_init(|| {
                 body.triangles.len().saturating_mul(lamps.len()) <= MAX_WORK
                     && lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(true))
@@ -169,8 +170,8 @@ impl FaceEdges {
         &self.uses[self.starts[edge] as usize..self.starts[edge + 1] as usize]
     }
 
-    /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are peeled
-    /// off, one after the other.
+    /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are
+    /// peeled off, one after the other.
     fn closed(&self, faces: &[OpaqueFace]) -> Vec<Vec<u32>> {
         let stays = self.peeled(faces.len());
         let mut sets = Sets::new(faces.len());

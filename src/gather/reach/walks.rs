@@ -4,12 +4,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{LightReach, SpacePart};
+use crate::gather::JUST_BEFORE;
 use crate::gather::receiver::Receiver;
 use crate::photon::emit::Front;
 use crate::random::Stream;
 
-/// Walks from the luminaires, the most bounces of each, and how many of them must get out for the scene to be open: more than
-/// can slip through cracks.
+/// Walks from the luminaires, the most bounces of each, and how many of them must get out for the scene to be open:
+/// more than can slip through cracks.
 const OUTWARD_WALKS: u64 = 2048;
 const OUTWARD: u32 = 16;
 const OPEN_WALKS: usize = 8;
@@ -136,7 +137,7 @@ impl LightReach<'_> {
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;
-        let reach = if front.is_point() { distance * (1.0 - 1e-5) } else { distance };
+        let reach = if front.is_point() { distance * JUST_BEFORE as f32 } else { distance };
         distance > 0.0 && from_front && self.passes(from, to / distance, reach)
     }
 

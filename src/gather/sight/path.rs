@@ -33,10 +33,10 @@ pub(super) struct Path<'s, 'a, const C: usize> {
     media: Media,
     absorption: [f32; C],
     last: Last,
-    /// Whether light of luminaires that photons take as a caustic is counted where it lands: at the point, or at the last
-    /// diffuse surface.
+    /// Whether photons count the caustics at the start of the path or at its last diffuse surface: then the path must
+    /// not.
     counted: bool,
-    /// Whether light that the path meets now would arrive there as a caustic.
+    /// Whether a luminaire that the path meets now would be seen there as a caustic.
     caustic: bool,
     /// Distance flown before panes that the ray passed since it left anything else, m.
     before_panes: f32,
@@ -188,9 +188,9 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
         self.last = Last::Gloss(facets.lobe(-direction, self.direction, facing));
     }
 
-    /// Ends at a diffuse surface whose light photons know, and returns false; else adds the light that comes straight from
-    /// luminaires and as caustics, and goes on in a direction drawn by the cosine. `here` and `there` are the weights of light
-    /// that arrives on this side and on the other, `shares` what they may bring.
+    /// Ends at a diffuse surface whose light photons know, and returns false; else adds the light that comes straight
+    /// from luminaires and as caustics, and goes on in a direction drawn by the cosine. `here` and `there` are the
+    /// weights of light that arrives on this side and on the other, `shares` what they may bring.
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -226,7 +226,8 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
         true
     }
 
-    /// Whether photons know the light that arrives at a surface, on both sides if it is `translucent`; then it is added.
+    /// Whether photons know the light that arrives at a surface, on both sides if it is `translucent`; then it is
+    /// added.
     #[inline(always)]
     fn is_recorded(
         &mut self,

@@ -1,9 +1,9 @@
 //! Smoothing of cells in which photons were counted.
 //!
-//! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons' squares,
-//! and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light has edges:
-//! a window counts only where it agrees with what narrower ones say of this very cell, and what blur its neighbourhood
-//! shows is claimed there and not spread far.
+//! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons'
+//! squares, and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light
+//! has edges: a window counts only where it agrees with what narrower ones say of this very cell, and what blur its
+//! neighbourhood shows is claimed there and not spread far.
 
 use rayon::prelude::*;
 
@@ -20,8 +20,8 @@ const BLUR_POOL: usize = 4;
 /// How many σ a window's fit may differ from a narrower one's.
 const DOUBT: f64 = 3.0;
 
-/// Blur's squared share of the noise where windows are chosen by their risk: twice that of rays, since light that is counted has
-/// edges, and the risk is pooled over fewer cells.
+/// Blur's squared share of the noise where windows are chosen by their risk: twice that of rays, since light that is
+/// counted has edges, and the risk is pooled over fewer cells.
 const BLUR_AT_LEAST_RISK: f64 = 1.0;
 
 /// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
@@ -49,8 +49,8 @@ impl Smoother {
     /// The estimate at every cell with its neighbours' help, and its variance, blur included. `raw` is what the cells
     /// counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each, lx.
     ///
-    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the cells
-    /// about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
+    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the
+    /// cells about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
     pub fn smooth_counts<const C: usize>(
         &self,
         raw: &[Estimate<C>],
@@ -199,8 +199,8 @@ impl<const C: usize> CountFit<C> {
     const NONE: Self = Self { fit: Fit::NONE, variance: 0.0 };
 }
 
-/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that they
-/// would have in its light.
+/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that
+/// they would have in its light.
 fn agrees<const C: usize>(fits: &[CountFit<C>; WINDOWS.len()], window: usize, quantum: f64) -> bool {
     let wide = &fits[window];
     if wide.fit.value.iter().any(|value| *value < 0.0) {

@@ -1,4 +1,5 @@
-//! Polynomials fitted to the neighbours of a point by least squares, over windows of several sizes at once: pure mathematics.
+//! Polynomials fitted to the neighbours of a point by least squares, over windows of several sizes at once: pure
+//! mathematics.
 
 use std::collections::HashMap;
 
@@ -240,7 +241,12 @@ pub(super) fn offsets(cell: [f32; 2]) -> Vec<Offset> {
     offsets
 }
 
-/// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's decomposition; `None` where it is nearly singular.
+/// A pivot below this part of its diagonal element makes a matrix nearly singular: the neighbours do not bear the
+/// degree.
+const SINGULAR: f64 = 1e-4;
+
+/// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's
+/// decomposition; `None` where it is nearly singular.
 pub(super) fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Option<[f64; 6]> {
     let mut lower = [[0.0; 6]; 6];
     for row in 0..size {
@@ -248,7 +254,7 @@ pub(super) fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Optio
             let sum: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
             let rest = matrix[column][row] - sum;
             if row == column {
-                if rest <= 1e-4 * matrix[row][row] {
+                if rest <= SINGULAR * matrix[row][row] {
                     return None;
                 }
                 lower[row][row] = rest.sqrt();

@@ -9,8 +9,8 @@ use super::{CHILDREN, KdTree, LEAF, Leaf, Node, NodeLevel, TOPS, VECTORS};
 /// Photons below which a part isn't handed to another thread.
 const TASK: usize = 16_384;
 
-/// Coordinates x, y, z of photons and their index, the bits of which are kept in an `f32` that nobody computes with. Whole
-/// leaves; the places behind the photons lie at +∞.
+/// Coordinates x, y, z of photons and their index, the bits of which are kept in an `f32` that nobody computes with.
+/// Whole leaves; the places behind the photons lie at +∞.
 struct Columns<'a>([&'a mut [f32]; 4]);
 
 impl<'a> Columns<'a> {

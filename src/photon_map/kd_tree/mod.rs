@@ -1,22 +1,23 @@
 //! luxmap's own tree, made for density estimation: how much flux lies around a point, and how far its k nearest photons
 //! reach. Lists and their order are not what it is for.
 //!
-//! **Layout.** A leaf holds 32 photons: their x, then y, then z, sixteen to a cache line, the last leaf filled up with +∞.
-//! Sixteen leaves make a node, sixteen nodes the next, and so on without a pointer, until at most four are left. A node
-//! holds the *tight* boxes of its children side by side, so sixteen distances cost six loads. Flux lies beside the leaves in
-//! the same order: sums run over contiguous memory. 17 bytes a photon beside its flux, the caller's index included.
+//! **Layout.** A leaf holds 32 photons: their x, then y, then z, sixteen to a cache line, the last leaf filled up with
+//! +∞. Sixteen leaves make a node, sixteen nodes the next, and so on without a pointer, until at most four are left. A
+//! node holds the *tight* boxes of its children side by side, so sixteen distances cost six loads. Flux lies beside the
+//! leaves in the same order: sums run over contiguous memory. 17 bytes a photon beside its flux, the caller's index
+//! included.
 //!
-//! **Split rule.** Photons are halved at a whole number of nodes along the longest side of their tight box. The median is
-//! found by counting ([`select`]), then one pass parts all columns ([`build`]), 16 at a time. Photons equal on the cut
-//! are parted along the second longest side: a wall's photons share a coordinate, and would otherwise fall into
+//! **Split rule.** Photons are halved at a whole number of nodes along the longest side of their tight box. The median
+//! is found by counting ([`select`]), then one pass parts all columns ([`build`]), 16 at a time. Photons equal on the
+//! cut are parted along the second longest side: a wall's photons share a coordinate, and would otherwise fall into
 //! overlapping boxes.
 //!
-//! **The k nearest.** The density about the point, read off the node of about k photons there, gives a radius that ought to
-//! hold a few more than k; the leaves it reaches are listed level by level without a branch on single boxes, their
-//! distances stored, and counted. Too few, and the radius grows; else the k-th distance is found by counting, and the
-//! photons up to it are the answer. No heap, no sorting, and the guess never shows in the result. Where photons crowd (more
-//! leaves than k explains) or share the k-th distance, a search leaf by leaf takes over that stops at k: of a million
-//! photons in one place a hundred are found no later than of as many spread over a floor.
+//! **The k nearest.** The density about the point, read off the node of about k photons there, gives a radius that
+//! ought to hold a few more than k; the leaves it reaches are listed level by level without a branch on single boxes,
+//! their distances stored, and counted. Too few, and the radius grows; else the k-th distance is found by counting, and
+//! the photons up to it are the answer. No heap, no sorting, and the guess never shows in the result. Where photons
+//! crowd (more leaves than k explains) or share the k-th distance, a search leaf by leaf takes over that stops at k: of
+//! a million photons in one place a hundred are found no later than of as many spread over a floor.
 //!
 //! **Measured** (300,000 photons on the surfaces of the seed office or of an empty room of its size, one thread, AVX-512):
 //! - Leaves of 16 instead of 32: a third slower for k = 500, a fifth longer to build; of 64: a tenth faster or slower here
@@ -28,7 +29,8 @@
 //! - AVX2 takes 1.4 to 1.8 times as long as AVX-512, plain Rust 2 to 8 times; to build, 2 and 4 times.
 //! - Radius for k photons and three standard deviations more: 1 to 9 % of the queries have to try again (k = 10 to 500).
 //!
-//! Same photons, same bits: whatever thread builds or asks, and whatever vector instructions the processor has ([`simd`]).
+//! Same photons, same bits: whatever thread builds or asks, and whatever vector instructions the processor has
+//! ([`simd`]).
 
 mod build;
 mod query;

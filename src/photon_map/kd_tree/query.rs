@@ -18,7 +18,8 @@ pub struct Scratch {
     next: Vec<u32>,
     /// Squared distances of the photons of those leaves.
     distances: Vec<Lines<VECTORS>>,
-    /// Of the slow but bounded search: squared distance and place of the photons found, and what is still to be visited.
+    /// Of the slow but bounded search: squared distance and place of the photons found, and what is still to be
+    /// visited.
     found: Vec<(f32, u32)>,
     pending: Vec<Pending>,
 }
@@ -89,8 +90,8 @@ impl KdTree {
         self.levels.last().map_or(0, |level| level.children.div_ceil(CHILDREN as u32))
     }
 
-    /// Lists the leaves whose boxes come within the radius, in their order. Gives up, and says so, where there are more than
-    /// `most` of them or of the nodes above.
+    /// Lists the leaves whose boxes come within the radius, in their order. Gives up, and says so, where there are more
+    /// than `most` of them or of the nodes above.
     #[inline(always)]
     fn reach<L: Lanes>(&self, lanes: L, at: Point<L>, radius_squared: f32, most: usize, scratch: &mut Scratch) -> bool {
         let Scratch { reached, next, .. } = scratch;
@@ -171,8 +172,8 @@ impl Nearest<'_> {
 }
 
 impl KdTree {
-    /// Squared distance to the photons' boxes and squared radius, from there, of a disc that ought to hold a few more than k
-    /// photons, by the density in the smallest node of at least k photons nearest to the point.
+    /// Squared distance to the photons' boxes and squared radius, from there, of a disc that ought to hold a few more
+    /// than k photons, by the density in the smallest node of at least k photons nearest to the point.
     #[inline(always)]
     fn guess<L: Lanes>(&self, lanes: L, at: Point<L>, k: usize) -> (f32, f32) {
         let (mut index, mut base) = (0, f32::INFINITY);
@@ -217,9 +218,9 @@ impl KdTree {
         count
     }
 
-    /// Lists the k nearest photons within the radius: nearest boxes first, and none that can't hold a nearer photon than
-    /// the k-th so far. Of photons equally far those in the boxes visited first are taken, so that any number of them
-    /// costs no more than k.
+    /// Lists the k nearest photons within the radius: nearest boxes first, and none that can't hold a nearer photon
+    /// than the k-th so far. Of photons equally far those in the boxes visited first are taken, so that any number of
+    /// them costs no more than k.
     #[inline(always)]
     fn search<L: Lanes>(&self, lanes: L, at: Point<L>, k: usize, radius_squared: f32, scratch: &mut Scratch) {
         let Scratch { found, pending, .. } = scratch;
@@ -370,8 +371,8 @@ pub(super) struct VisitWithin<'a, V> {
     pub(super) sixteen: &'a mut V,
 }
 
-/// Hears of sixteen places: which sixteen, offsets from the point, squared distances, and which of them are within. `visit`
-/// has to be `#[inline(always)]`.
+/// Hears of sixteen places: which sixteen, offsets from the point, squared distances, and which of them are within.
+/// `visit` has to be `#[inline(always)]`.
 pub(super) trait VisitSixteen {
     fn visit(&mut self, place: usize, offset: &[[f32; LANES]; 3], distance_squared: &[f32; LANES], within: Mask);
 }

@@ -18,12 +18,13 @@ pub(super) struct Kth {
     pub(super) upto: usize,
 }
 
-/// The k-th smallest of `blocks` (k from 1), which lies in `bracket`. Numbers above the bracket may be anything but NaN.
+/// The k-th smallest of `blocks` (k from 1), which lies in `bracket`. Numbers above the bracket may be anything but
+/// NaN.
 ///
 /// Two thresholds are interpolated between the bracket's ends, one on either side of where the k-th lies if the numbers
 /// are spread evenly (squared distances on a surface are), and the numbers up to each are counted, 16 at a time. Every
-/// fourth round halves the numbers that `f32` has between the ends instead, which ends the search after 128 rounds at the
-/// latest; two are usual. Of the last 16 candidates the ranks are counted.
+/// fourth round halves the numbers that `f32` has between the ends instead, which ends the search after 128 rounds at
+/// the latest; two are usual. Of the last 16 candidates the ranks are counted.
 #[inline(always)]
 pub(super) fn kth_smallest<L: Lanes>(lanes: L, blocks: &[[f32; LANES]], k: usize, mut bracket: Bracket) -> Kth {
     let mut round = 0;

@@ -71,9 +71,9 @@ fn at_point(luminaire: &Luminaire, mesh: &Mesh, at: DVec3, up: DVec3) -> (f64, u
     (light.value[0][0], light.rays)
 }
 
-/// Far from a luminaire E = I(C, γ) cos/d², whatever its opening and symmetry and however it is turned, downwards, upwards and
-/// in the plane of a flat opening. At 200 times its size a flat opening is off by (1/400)² and kinks of 1° steps; a body's
-/// front is nearer than its middle.
+/// Far from a luminaire E = I(C, γ) cos/d², whatever its opening and symmetry and however it is turned, downwards,
+/// upwards and in the plane of a flat opening. At 200 times its size a flat opening is off by (1/400)² and kinks of 1°
+/// steps; a body's front is nearer than its middle.
 #[test]
 fn far_away_a_measured_luminaire_is_its_intensity() {
     for (name, table) in tables() {
@@ -153,8 +153,8 @@ fn elements(opening: &Opening, n: usize) -> Vec<(DVec3, DVec3)> {
     }
 }
 
-/// E at a point by the definition: every element of the surface has the luminance I/A towards each direction that it faces.
-/// `open` tells which of them the point sees.
+/// E at a point by the definition: every element of the surface has the luminance I/A towards each direction that it
+/// faces. `open` tells which of them the point sees.
 fn by_definition(lamp: &Luminaire, n: usize, at: DVec3, up: DVec3, open: impl Fn(DVec3) -> bool) -> f64 {
     let Distribution::Measured(web) = &lamp.distribution else { unreachable!() };
     let flat = lamp.opening.flat();
@@ -208,8 +208,8 @@ fn near_a_measured_luminaire_the_sum_is_that_of_its_surface() {
     assert!(far <= 12, "{far} of 90 beyond 0.1 %");
 }
 
-/// A ball of the same luminance everywhere, said in two ways, brings E = Φ/(4π d²) at any distance; its outline is a polygon of
-/// 32 corners that has the circle's area on its plane, not on the sphere: right to 1e-3 next to it.
+/// A ball of the same luminance everywhere, said in two ways, brings E = Φ/(4π d²) at any distance; its outline is a
+/// polygon of 32 corners that has the circle's area on its plane, not on the sphere: right to 1e-3 next to it.
 #[test]
 fn an_even_ball_is_a_point_at_any_distance() {
     let table = Intensity::new(vec![0.0], vec![0.0, 180.0], vec![1.0; 2]);
@@ -231,8 +231,8 @@ fn an_even_ball_is_a_point_at_any_distance() {
     }
 }
 
-/// A body's own triangles hide nothing; a ceiling that it is let into hides what of it is above; a sheet to its middle hides
-/// half; in and on the body there is no light and no nonsense.
+/// A body's own triangles hide nothing; a ceiling that it is let into hides what of it is above; a sheet to its middle
+/// hides half; in and on the body there is no light and no nonsense.
 #[test]
 fn bodies_are_hidden_by_what_is_before_them_only() {
     let (_, table) = tables()[2].clone();
@@ -270,8 +270,8 @@ fn bodies_are_hidden_by_what_is_before_them_only() {
             "{body:?}: {found}, expected {expected} of {free}"
         );
     }
-    // A sheet whose edge runs through the zenith, below a body right above: half of it, as the table and the body are their
-    // own mirror images there.
+    // A sheet whose edge runs through the zenith, below a body right above: half of it, as the table and the body are
+    // their own mirror images there.
     let (_, table) = tables()[0].clone();
     let sheet = quads(&[[v(0.0, -9.0, 1.0), v(9.0, -9.0, 1.0), v(9.0, 9.0, 1.0), v(0.0, 9.0, 1.0)]]);
     for opening in openings(DVec3::NEG_Z, 0.6).into_iter().skip(4) {

@@ -46,7 +46,8 @@ fn sampled(luminaires: &[Luminaire], start: Vec3, up: Vec3, caster: &RayCaster, 
             let off = |(weight, seen): (f64, bool)| weight * (if seen { 1.0 - share } else { -share });
             let squares: f64 = pairs.iter().map(|&[a, b]| (off(a) - off(b)).powi(2)).sum();
             sum.0 += lux * share;
-            // An edge that runs between rays shows in no pair: then a stratum's worst, 1/16 of its square, stands for it.
+            // An edge that runs between rays shows in no pair: then a stratum's worst, 1/16 of its square, stands for
+            // it.
             let least = if share > 0.0 && share < 1.0 { 1.0 / 16.0 / ((side * side) as f64).powi(2) } else { 0.0 };
             sum.1 += lux * lux * (squares / (whole * whole)).max(least);
         }
@@ -54,9 +55,9 @@ fn sampled(luminaires: &[Luminaire], start: Vec3, up: Vec3, caster: &RayCaster, 
     sum
 }
 
-/// The seed office against two rays in each of 32 × 32 strata of every opening, at points all over both planes: differences
-/// have the size of the sampling's own standard error. Over n points the mean of their squares is 1 ± √(2/n); at most 6 σ
-/// anywhere, since where an edge crosses few strata the spread is not normal.
+/// The seed office against two rays in each of 32 × 32 strata of every opening, at points all over both planes:
+/// differences have the size of the sampling's own standard error. Over n points the mean of their squares is 1 ±
+/// √(2/n); at most 6 σ anywhere, since where an edge crosses few strata the spread is not normal.
 #[test]
 fn the_seed_office_agrees_with_plain_sampling() {
     let (side, step) = (32, 89);
@@ -105,8 +106,8 @@ fn the_seed_office_agrees_with_plain_sampling() {
     }
 }
 
-/// 200 panels in a row 600 m long: what far panels can add is left out, by less than the bound kept for each point, which
-/// is less than 1e-4 of its light; and it is no more than that which makes the sum smaller than the exact one.
+/// 200 panels in a row 600 m long: what far panels can add is left out, by less than the bound kept for each point,
+/// which is less than 1e-4 of its light; and it is no more than that which makes the sum smaller than the exact one.
 #[test]
 fn what_is_left_out_is_bounded() {
     let lamps: Vec<Luminaire> =
@@ -132,8 +133,8 @@ fn what_is_left_out_is_bounded() {
     assert!(0.0 < mean && mean <= largest && largest <= MAX_LEFT_OUT);
 }
 
-/// A sheet in 20,000 triangles is too fine to cut: rays sample, and their claims are honest. Over 400 points the mean square
-/// error is what was claimed on average, 1 ± 5 √(2/400) of it, or less, as the claim has a floor.
+/// A sheet in 20,000 triangles is too fine to cut: rays sample, and their claims are honest. Over 400 points the mean
+/// square error is what was claimed on average, 1 ± 5 √(2/400) of it, or less, as the claim has a floor.
 #[test]
 fn what_is_too_fine_to_cut_is_sampled_honestly() {
     let cells = 100;
@@ -160,8 +161,8 @@ fn what_is_too_fine_to_cut_is_sampled_honestly() {
     assert!(squares < claimed * (1.0 + 5.0 * (2.0_f64 / 400.0).sqrt()), "{squares}, claimed {claimed}");
 }
 
-/// 20,000 triangles are too many to cut, but a plain sheet below them hides all: rays prove that, so the light is 0 without
-/// a doubt, for no more than the rays of a proof.
+/// 20,000 triangles are too many to cut, but a plain sheet below them hides all: rays prove that, so the light is 0
+/// without a doubt, for no more than the rays of a proof.
 #[test]
 fn what_is_hidden_behind_fine_things_is_dark_without_a_doubt() {
     let at = |i: i32, j: i32| v(f64::from(i) / 25.0 - 2.0, f64::from(j) / 25.0 - 2.0, 1.0);
@@ -174,8 +175,8 @@ fn what_is_hidden_behind_fine_things_is_dark_without_a_doubt() {
     assert!(light.rays <= 400 * u64::from(PROBES), "{} rays", light.rays);
 }
 
-/// A panel of 800 small triangles is sampled, and the closed form of its outline lies within the claims, as above: 2 m below
-/// it and 20 cm below, where triangles near and far differ most.
+/// A panel of 800 small triangles is sampled, and the closed form of its outline lies within the claims, as above: 2 m
+/// below it and 20 cm below, where triangles near and far differ most.
 #[test]
 fn a_fine_emitting_mesh_has_the_light_of_its_outline() {
     let at = |i: u32, j: u32| v(0.1 * f64::from(i) - 1.0, 0.1 * f64::from(j) - 1.0, 2.0);
@@ -205,8 +206,8 @@ fn a_fine_emitting_mesh_has_the_light_of_its_outline() {
     }
 }
 
-/// A thousand panels behind four thousand pickets: those that matter little get a ray each. Against every panel on its own,
-/// which is cut exactly, errors are within the claims (as above), and these within 0.1 %.
+/// A thousand panels behind four thousand pickets: those that matter little get a ray each. Against every panel on its
+/// own, which is cut exactly, errors are within the claims (as above), and these within 0.1 %.
 #[test]
 fn what_matters_little_is_sampled_honestly() {
     let lamps: Vec<Luminaire> = (0..1000)
@@ -237,8 +238,8 @@ fn what_matters_little_is_sampled_honestly() {
     assert!(rays > 1000 && squares < claimed * (1.0 + 5.0 * (2.0_f64 / 12.0).sqrt()), "{squares}, claimed {claimed}");
 }
 
-/// Under clutter, the luminaires overhead are cut out exactly, the many farther ones are left to rays: the
-/// two add up to what cutting and sampling all of them finds. Mean of n samples, so within five standard errors, those of the
+/// Under clutter, the luminaires overhead are cut out exactly, the many farther ones are left to rays: the two add up
+/// to what cutting and sampling all of them finds. Mean of n samples, so within five standard errors, those of the
 /// other's own sampling included.
 #[test]
 fn faint_luminaires_are_left_to_rays_without_bias() {

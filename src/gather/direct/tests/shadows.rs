@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// A sheet's edge runs past the point's zenith, so half of an opening above it is hidden; all numbers are exact in single
-/// precision, so only the arithmetic's rounding is left.
+/// A sheet's edge runs past the point's zenith, so half of an opening above it is hidden; all numbers are exact in
+/// single precision, so only the arithmetic's rounding is left.
 #[test]
 fn a_sheet_halves_an_opening() {
     let sheet = quads(&[[v(0.0, -9.0, 1.0), v(9.0, -9.0, 1.0), v(9.0, 9.0, 1.0), v(0.0, 9.0, 1.0)]]);
@@ -30,8 +30,8 @@ fn a_box_hides_its_outline() {
     assert_eq!(at_origin(panel([-0.5, 0.5], [-0.5, 0.5], 2.0), &around), 0.0);
 }
 
-/// A partition that stands on the point's plane, even one 0.1 mm from the point, or that hangs from the opening's plane or
-/// joins the two: light passes above its edge, at x = distance · 2/height, and nowhere else.
+/// A partition that stands on the point's plane, even one 0.1 mm from the point, or that hangs from the opening's plane
+/// or joins the two: light passes above its edge, at x = distance · 2/height, and nowhere else.
 #[test]
 fn a_partition_may_touch_the_point_s_plane_and_the_opening_s() {
     let upright = |x: f64, low: f64, high: f64| {
@@ -52,8 +52,8 @@ fn a_partition_may_touch_the_point_s_plane_and_the_opening_s() {
         // What rises above the plane 99e-6 m before the opening is cut off.
         assert!((found / expected - 1.0).abs() < 2e-4, "{found}, expected {expected}");
     }
-    // A point in the partition is moved to one side of it, by 2e-6 of the mesh's 99 m, and sees that half of the opening: its
-    // light changes by less than that over a quarter of the distance.
+    // A point in the partition is moved to one side of it, by 2e-6 of the mesh's 99 m, and sees that half of the
+    // opening: its light changes by less than that over a quarter of the distance.
     let found = at_origin(panel([-1.0, 1.0], [-1.0, 1.0], 2.0), &upright(0.0, 0.0, 1.0));
     let expected = seen(&rectangle([-1.0, 0.0], [-1.0, 1.0], 2.0));
     assert!((found / expected - 1.0).abs() < 4.0 * 2e-4, "{found}, expected {expected}");
@@ -68,8 +68,8 @@ fn what_lies_in_the_opening_s_plane_or_behind_hides_nothing() {
     assert!((found / seen(&body) - 1.0).abs() < 1e-12, "{found}, expected {}", seen(&body));
 }
 
-/// On the axis of a disc E = π L r²/(r² + h²), and a sheet whose edge runs past the zenith leaves half of it. The 96-gon of
-/// equal area is off by 1e-6 at h = r, less farther away.
+/// On the axis of a disc E = π L r²/(r² + h²), and a sheet whose edge runs past the zenith leaves half of it. The
+/// 96-gon of equal area is off by 1e-6 at h = r, less farther away.
 #[test]
 fn a_disc_half_hidden_by_a_sheet_has_half_its_light() {
     let disc = Luminaire {
@@ -83,8 +83,8 @@ fn a_disc_half_hidden_by_a_sheet_has_half_its_light() {
     assert!((found / expected - 1.0).abs() < 1e-6, "{found}, expected {expected}");
 }
 
-/// Blocks and parts must find the same as each point alone: a grid over a table, four legs and a box, cell by cell. With
-/// one cell there is no block to speak of.
+/// Blocks and parts must find the same as each point alone: a grid over a table, four legs and a box, cell by cell.
+/// With one cell there is no block to speak of.
 #[test]
 fn points_together_see_what_each_sees_alone() {
     let mut faces = sides(v(-0.8, -0.4, 0.7), v(0.8, 0.4, 0.73));
