@@ -11,7 +11,7 @@ use luxmap::embree::RayCaster;
 use luxmap::gather::receiver::{LandingRecorder, Photons};
 use luxmap::photon::trace::Tracer;
 use luxmap::photon_map::{
-    Block, BlockVisitor, BruteForce, KdTree, Kiddo, LANES, NearestPhotons, NearestSum, Paper, PhotonMap,
+    BlockVisitor, BruteForce, KdTree, Kiddo, LANES, NearestPhotons, NearestSum, Paper, PhotonBlock, PhotonMap,
 };
 use luxmap::random::{Seed, Stream};
 use luxmap::scene::Scene;
@@ -164,7 +164,7 @@ struct KernelSum {
 
 impl BlockVisitor<1> for KernelSum {
     #[inline(always)]
-    fn visit(&mut self, block: &Block<'_, 1>) {
+    fn visit(&mut self, block: &PhotonBlock<'_, 1>) {
         for lane in 0..LANES {
             let kernel = (1.0 - block.distance_squared[lane] * self.per_area).max(0.0);
             self.lanes[lane] += f64::from(block.flux[0][lane] * kernel);

@@ -3,8 +3,8 @@
 //! Many photons are smooth and blur shadows' edges, few are sharp and noisy. Estimates with several k stand side by
 //! side; the one of least risk (variance plus squared bias) about each point is taken, of those that agree with all
 //! narrower ones at the point itself. The bias of an estimate shows in its difference to the next narrower, less what
-//! noise makes of that: the narrow one scatters about the wide one by the difference of their variances, as it would about
-//! any efficient estimate (Hausman 1978).
+//! noise makes of that: the narrow one scatters about the wide one by the difference of their variances, as it would
+//! about any efficient estimate (Hausman 1978).
 
 use super::density::Estimate;
 use super::smooth::box_means;
@@ -13,13 +13,13 @@ use crate::flux::photometric;
 /// k of the estimates that stand side by side, as multiples of the k asked for.
 pub const SCALES: [f64; 4] = [2.0, 0.7, 0.25, 0.08];
 
-/// That of points without neighbours, where nothing tells one from another.
+/// That of points without neighbours, where nothing decides between them.
 const MIDDLE: usize = 1;
 
 /// Cells to each side over which risk is pooled: one point alone knows nothing of its bias.
 const POOL: usize = 4;
 
-/// Those where the user says k: the narrow one only tells the bias of the other.
+/// Those where the user sets k: the narrow one only shows the bias of the other.
 pub const FIXED: [f64; 2] = [1.0, 0.25];
 
 /// Least squared bias of an estimate chosen by its risk, as a share of its variance: where squared bias grows as R⁴ and
@@ -27,8 +27,8 @@ pub const FIXED: [f64; 2] = [1.0, 0.25];
 const BIAS_AT_LEAST_RISK: f64 = 0.5;
 
 /// The best of several estimates at each point, widest first, its bias included in its variance; the first, if `fixed`.
-/// `factors` are their k, as multiples of one; `grid` is the points' columns and rows, if they have any. `chosen` hears
-/// which was taken at each point.
+/// `factors` are their k, as multiples of one; `grid` is the points' columns and rows, if they have any. `chosen` is
+/// called with the one taken at each point.
 pub fn choose<const C: usize>(
     mut scales: Vec<Vec<Estimate<C>>>,
     factors: &[f64],
@@ -88,10 +88,10 @@ const DOUBT: f64 = 2.5;
 /// Which of several discs about a point to take, each of half the radius of the one before, and its estimate with the
 /// blur that may be left in the variance. `quantum` is what one photon brings at the widest disc's middle, lx.
 ///
-/// Lepski's rule: the widest disc that agrees with all narrower ones within their noise; then two narrower, whose blur is
-/// a sixteenth as large where E is curved, and whose noise covers what an edge nearby, hidden by noise, may take away.
-/// Noise of a narrow disc is at least what the wider one's light would have there: a disc that met nothing is no proof of
-/// darkness.
+/// Lepski's rule: the widest disc that agrees with all narrower ones within their noise; then two narrower, whose blur
+/// is a sixteenth as large where E is curved, and whose noise covers what an edge nearby, hidden by noise, may take
+/// away. Noise of a narrow disc is at least what the wider one's light would have there: a disc that met nothing is no
+/// proof of darkness.
 pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize, Estimate<C>) {
     let least = |disc: usize| quantum * 4.0_f64.powi(disc as i32);
     let variance = |disc: usize| if discs[disc].variance > 0.0 { discs[disc].variance } else { least(disc).powi(2) };

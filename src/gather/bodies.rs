@@ -1,14 +1,14 @@
 //! Cylindrical, semi-cylindrical, hemispherical and spherical illuminance: light on a small body (see [`Measure`]).
 //!
-//! Rays are drawn by the body's own kernel, so what they find needs no weights and has no bias. Direct light is taken on
-//! many flat cells about the body, each exactly as on any flat cell, and their mean is the body's.
+//! Rays are drawn by the body's own kernel, so what they find needs no weights and has no bias. Direct light is taken
+//! on many flat cells about the body, each exactly as on any flat cell, and their mean is the body's.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
 use super::direct::blockers::Blockers;
-use super::direct::{Asked, DirectGroups, DirectLight, direct_light_for};
+use super::direct::{DirectGroups, DirectLight, Request, direct_light_for};
 use super::receiver::Receiver;
 use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
@@ -19,21 +19,21 @@ use crate::scene::Measure;
 /// π²/(12 n²) = 2.1·10⁻⁴ at most, [`ROUND_ERROR`] root mean square over its azimuth; one with extent more nearly.
 const ROUND: usize = 63;
 const ROUND_ERROR: f64 = 1e-4;
-/// Cells about a sphere, on a Fibonacci lattice: one source is read to 7·10⁻⁴ at most (tested), [`BALL_ERROR`] root mean
-/// square.
+/// Cells about a sphere, on a Fibonacci lattice: one source is read to 7·10⁻⁴ at most (tested), [`BALL_ERROR`] root
+/// mean square.
 const BALL: usize = 1024;
 const BALL_ERROR: f64 = 1.5e-4;
 
 /// A small body that is measured.
 #[derive(Clone, Copy, Debug)]
-pub struct Body {
+pub struct MeasuredBody {
     /// Which.
     pub measure: Measure,
     /// Unit vector of its axis or normal.
     pub axis: DVec3,
 }
 
-impl Body {
+impl MeasuredBody {
     /// The direction that belongs to a point of the unit square when directions have the density K/π.
     pub fn direction(&self, [a, b]: [f32; 2]) -> Vec3 {
         let (a, b) = (f64::from(a), f64::from(b));
@@ -64,7 +64,7 @@ impl Body {
     }
 
     /// The flat cells that stand for the body.
-    fn cells(&self) -> Cells {
+    fn cells(&self) -> FlatCells {
         let (x, y) = self.axis.any_orthonormal_pair();
         let mut cells = Vec::new();
         let is_round = matches!(self.measure, Measure::Cylindrical | Measure::Semicylindrical { .. });
@@ -89,12 +89,12 @@ impl Body {
             _ => {}
         }
         let (about, error) = if is_round { (ROUND, ROUND_ERROR) } else { (BALL, BALL_ERROR) };
-        Cells { weighted: cells, about, error }
+        FlatCells { weighted: cells, about, error }
     }
 }
 
 /// Flat cells that stand for a body.
-struct Cells {
+struct FlatCells {
     /// Normal of each, and what it counts.
     weighted: Vec<(DVec3, f64)>,
     /// How many of them, the first, stand evenly all about.
@@ -120,31 +120,32 @@ fn kepler(share: f64) -> f64 {
     x.clamp(0.0, PI)
 }
 
-/// Direct illuminance of every body of `receiver` by all luminaires. `progress` hears one step a luminaire.
+/// Direct illuminance of every body of `receiver` by all luminaires. `progress` is called with steps that add up to one
+/// for each luminaire.
 ///
-/// Error: that of flat cells (see `direct_light`), and that of taking the mean over so many of them, which is part of the
-/// variance. Cost: that of 63 to 1026 flat cells each.
+/// Error: that of flat cells (see `direct_light`), and that of taking the mean over so many of them, which is part of
+/// the variance. Cost: that of 63 to 1026 flat cells each.
 pub fn direct_on_bodies<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
-    bodies: &[Body],
+    bodies: &[MeasuredBody],
     blockers: &Blockers<'_>,
     seed: Seed,
     progress: impl Fn(u64) + Sync,
     groups: Option<&LightGroups>,
 ) -> DirectLight<C> {
-    let cells: Vec<Cells> = bodies.iter().map(Body::cells).collect();
+    let cells: Vec<FlatCells> = bodies.iter().map(MeasuredBody::cells).collect();
     let faces = cells.iter().enumerate().flat_map(|(body, cells)| {
         cells.weighted.iter().map(move |(normal, _)| (receiver.start(body), normal.as_vec3()))
     });
     let faces = Receiver::of_faces(faces);
-    let asked = Asked { groups, faint: false };
+    let asked = Request { groups, faint: false };
     let (flat, _): (DirectLight<C>, _) = direct_light_for(luminaires, &faces, blockers, seed, progress, asked);
     let mut light =
         DirectLight { value: Vec::new(), variance: Vec::new(), left_out: Vec::new(), rays: flat.rays, groups: None };
     let mut parts = groups.map(|_| DirectGroups { value: Vec::new(), variance: Vec::new() });
     let mut first = 0;
-    for Cells { weighted, about, error } in &cells {
+    for FlatCells { weighted, about, error } in &cells {
         let (mut value, mut variance, mut left_out, mut mean) = ([0.0; C], 0.0, 0.0, 0.0);
         for (cell, &(_, weight)) in (first..).zip(weighted) {
             (0..C).for_each(|c| value[c] += weight * flat.value[cell][c]);
@@ -192,8 +193,8 @@ mod tests {
         Measure::Spherical,
     ];
 
-    fn body(measure: Measure) -> Body {
-        Body { measure, axis: DVec3::X }
+    fn body(measure: Measure) -> MeasuredBody {
+        MeasuredBody { measure, axis: DVec3::X }
     }
 
     /// Against the kernel itself, for sources all about: the cells' mean is as near as they say.
@@ -202,7 +203,7 @@ mod tests {
         let mut stream = Seed(7).stream(0);
         for measure in ALL {
             let body = body(measure);
-            let Cells { weighted, about, error } = body.cells();
+            let FlatCells { weighted, about, error } = body.cells();
             let (most, round) = match about {
                 ROUND => (2.1e-4, Measure::Cylindrical),
                 _ => (7e-4, Measure::Spherical),

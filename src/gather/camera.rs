@@ -2,30 +2,28 @@
 //! towards the eye.
 //!
 //! The layers of an image tell of the first opaque surface, which glass before it lets through bent, but not dimmed.
-//! Luminance follows the light as it goes: glass reflects and refracts, mirrors show what stands before them, luminaires
-//! shine. Light is gathered only at the surfaces so found: direct light by shadow rays, what has bounced by rays that end
-//! where photons know the light (see `sight.rs`), and caustics from the photons that landed nearby (`caustics.rs`).
+//! Luminance follows the light as it goes: glass reflects and refracts, mirrors show what stands before them,
+//! luminaires shine. Light is gathered only at the surfaces so found: direct light by shadow rays, what has bounced by
+//! rays that end where photons know the light (see `sight.rs`), and caustics from the photons that landed nearby
+//! (`caustics.rs`).
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::caustics::{CausticMap, Scratch};
-use super::sight::{Last, Records, Sight, cross_pane};
+use super::caustics::{CausticMap, CausticScratch};
+use super::sight::{Last, RELUCTANCE, Records, Sight, cross_glass, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::Flux;
 use crate::photon::media::Media;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror, refract};
+use crate::photon::surface::{Gloss, Layers, SurfaceOptics, mirror, refract};
 use crate::random::Stream;
 
-/// Mirrors and panes one behind the other that are looked through before a ray is given up: light between two mirrors
+/// Mirrors and panes one behind the other that a ray may meet before it is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.
 const DEEPEST: u32 = 1000;
 
-/// A path among mirrors goes on with this many times the chance of what it still brings.
-const RELUCTANCE: f32 = 4.0;
-
-/// Looks along the rays of a camera.
+/// Computes what rays of a camera see.
 pub struct Eye<'a, const C: usize> {
     /// Follows light backwards from the surfaces seen.
     pub sight: &'a Sight<'a, C>,
@@ -39,7 +37,7 @@ pub struct Eye<'a, const C: usize> {
 
 /// What one ray of a camera saw.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<const C: usize> {
+pub struct CameraSample<const C: usize> {
     /// The first opaque surface; `None` where there is none.
     pub surface: Option<SeenSurface<C>>,
     /// Luminance towards the eye, cd/m².
@@ -72,10 +70,10 @@ pub struct Draw<'s> {
     pub at: [f32; 2],
     /// Number (0 … 1) that chooses the luminaires of the direct light there.
     pub lamps: f32,
-    /// How often caustics count in this ray: they are asked for once a pixel, and counted for all its rays.
+    /// How often caustics count in this ray: they are computed once a pixel, and counted for all its rays.
     pub caustics: f64,
     /// Memory for the photons.
-    pub scratch: Option<&'s mut Scratch>,
+    pub scratch: Option<&'s mut CausticScratch>,
     /// Random numbers.
     pub stream: &'s mut Stream,
     /// Counts rays.
@@ -83,12 +81,12 @@ pub struct Draw<'s> {
 }
 
 impl<const C: usize> Eye<'_, C> {
-    /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what photons
-    /// blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
-    pub fn look(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> Seen<C> {
+    /// What a ray from `origin` (m) along the unit vector `direction` sees: an estimate without bias but for what
+    /// photons blur. Cost: some 1 to 2 µs where the ray ends on a diffuse surface.
+    pub fn observe(&self, origin: Vec3, direction: Vec3, draw: &mut Draw<'_>) -> CameraSample<C> {
         *draw.rays += 1;
         let Some(first) = self.caster.closest_hit(origin, direction, f32::INFINITY) else {
-            return Seen { surface: None, luminance: [0.0; C] };
+            return CameraSample { surface: None, luminance: [0.0; C] };
         };
         let behind = through_glass(self.sight, self.caster, first, direction, draw.rays);
         let surface = behind.map(|(hit, direction)| {
@@ -98,7 +96,7 @@ impl<const C: usize> Eye<'_, C> {
         });
         // Without glass in between, the light at that surface serves both.
         let known = surface.filter(|_| self.sight.surface(&first).is_landed_on());
-        Seen { surface, luminance: self.luminance(first, direction, known.map(|surface| surface.light), draw) }
+        CameraSample { surface, luminance: self.luminance(first, direction, known.map(|surface| surface.light), draw) }
     }
 
     /// Light that arrives at a surface on the side of its unit normal `normal`.
@@ -116,7 +114,8 @@ impl<const C: usize> Eye<'_, C> {
         Arriving { direct, indirect }
     }
 
-    /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is known.
+    /// Luminance (cd/m²) towards the eye of what a ray along `direction` met; `known` is the light there, if it is
+    /// known.
     fn luminance(&self, hit: Hit, direction: Vec3, mut known: Option<Arriving<C>>, draw: &mut Draw<'_>) -> [f64; C] {
         let (mut hit, mut direction) = (hit, direction);
         let mut luminance = [0.0; C];
@@ -130,24 +129,17 @@ impl<const C: usize> Eye<'_, C> {
             before_panes = 0.0;
             let normal = facing(&hit, direction);
             match self.sight.surface(&hit) {
-                Surface::Pane(curves) => match cross_pane(curves, direction, normal, weight, draw.stream) {
+                SurfaceOptics::Pane(curves) => match cross_pane(curves, direction, normal, weight, draw.stream) {
                     Some((true, left)) => (weight, before_panes) = (left, hit.distance),
                     Some((false, left)) => {
                         (weight, direction, last) = (left, mirror(direction, normal), Last::Mirror);
                     }
                     None => break,
                 },
-                Surface::Glass { .. } => {
-                    let front = direction.dot(hit.normal) < 0.0;
-                    let ratio = media.ratio(self.sight.surfaces(), hit.material, front);
-                    direction = match refract(direction, normal, ratio) {
-                        Some((onward, reflected)) if draw.stream.uniform() >= reflected => {
-                            media = media.beyond(hit.material, front);
-                            absorption = media.absorption(self.sight.surfaces());
-                            onward
-                        }
-                        _ => mirror(direction, normal),
-                    };
+                SurfaceOptics::Glass { .. } => {
+                    let surfaces = self.sight.surfaces();
+                    direction = cross_glass(surfaces, &hit, direction, normal, &mut media, draw.stream);
+                    absorption = media.absorption(surfaces);
                     last = Last::Mirror;
                 }
                 surface => {
@@ -204,12 +196,12 @@ impl<const C: usize> Eye<'_, C> {
 }
 
 /// What a surface does with light on the side that a ray along `direction` met.
-fn seen_layers<const C: usize>(surface: &Surface<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
+fn seen_layers<const C: usize>(surface: &SurfaceOptics<C>, hit: &Hit, direction: Vec3) -> Layers<C> {
     surface.layers(direction.dot(hit.normal) < 0.0)
 }
 
-/// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction in
-/// which it is met.
+/// The first opaque surface met from `origin` (m) along the unit vector `direction`, through glass, and the direction
+/// in which it is met.
 pub fn first_surface<const C: usize>(
     sight: &Sight<'_, C>,
     caster: &RayCaster,
@@ -232,8 +224,8 @@ fn through_glass<const C: usize>(
     for _ in 0..DEEPEST {
         let (front, normal) = (direction.dot(hit.normal) < 0.0, facing(&hit, direction));
         direction = match sight.surface(&hit) {
-            Surface::Pane(_) => direction,
-            Surface::Glass { .. } => {
+            SurfaceOptics::Pane(_) => direction,
+            SurfaceOptics::Glass { .. } => {
                 match refract(direction, normal, media.ratio(sight.surfaces(), hit.material, front)) {
                     Some((onward, _)) => {
                         media = media.beyond(hit.material, front);

@@ -1,8 +1,9 @@
 //! Cells of a measuring plane in which photons are counted.
 //!
-//! E over a cell is the flux that crosses it over its area: no search radius, so no blur, and photons need not be kept. A
-//! cell that a wall, a partition or a column cuts counts only what its middle sees in the plane, over the area that it
-//! sees. The same question, a ray from the middle, decides both, so what is left out of one is left out of the other.
+//! E over a cell is the flux that crosses it over its area: no search radius, so no blur, and photons need not be kept.
+//! A cell that a wall, a partition or a column cuts counts only what its middle sees in the plane, over the area that
+//! it sees. The same question, a ray from the middle, decides both, so what is left out of one is left out of the
+//! other.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,10 +12,10 @@ use super::receiver::Receiver;
 use crate::embree::RayCaster;
 use crate::random::low_discrepancy;
 
-/// Points of a side of a cell's edge that its middle looks at: what cuts the cell stands before one of them.
-const LOOKS: usize = 8;
+/// Points of a side of a cell's edge to which its middle casts rays: what cuts the cell stands before one of them.
+const EDGE_POINTS: usize = 8;
 
-/// How far towards the edge it looks: a wall along the edge does not cut the cell.
+/// Part of the way to the edge that these rays go: a wall along the edge does not cut the cell.
 const NEARLY: f32 = 0.999;
 
 /// Points of a cut cell of which the middle sees some: that share of its area is known within 0.03, mostly within 0.01.
@@ -29,8 +30,8 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Looks at what stands in the cells that have a value. Cost: 32 short rays a cell, 256 more in those that are cut.
-    pub fn look(receiver: &Receiver, has_value: &[bool], caster: &RayCaster) -> Self {
+    /// Finds what stands in the cells that have a value. Cost: 32 short rays a cell, 256 more in those that are cut.
+    pub fn measure(receiver: &Receiver, has_value: &[bool], caster: &RayCaster) -> Self {
         let [width, depth] = receiver.cell;
         let whole = f64::from(width) * f64::from(depth);
         let of = |point: usize| {
@@ -42,7 +43,7 @@ impl Cells {
                 let at = [a + share * (x - 0.5) * width, b + share * (y - 0.5) * depth];
                 sees(receiver, point, at, caster)
             };
-            if (0..4 * LOOKS).all(|step| seen(on_edge(step), NEARLY)) {
+            if (0..4 * EDGE_POINTS).all(|step| seen(on_edge(step), NEARLY)) {
                 return (whole, false);
             }
             let free = (0..POINTS).filter(|&index| seen(spread(index), 1.0)).count();
@@ -76,8 +77,8 @@ fn sees(receiver: &Receiver, point: usize, [a, b]: [f32; 2], caster: &RayCaster)
 
 /// Points on the edge of the unit square, its corners among them.
 fn on_edge(step: usize) -> [f32; 2] {
-    let along = (step % LOOKS) as f32 / LOOKS as f32;
-    match step / LOOKS {
+    let along = (step % EDGE_POINTS) as f32 / EDGE_POINTS as f32;
+    match step / EDGE_POINTS {
         0 => [along, 0.0],
         1 => [1.0, along],
         2 => [1.0 - along, 1.0],
@@ -94,8 +95,8 @@ fn spread(index: u32) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// The share of the square on one side of a line through it is known within 0.03 at any place and angle: the error of
-    /// a cut cell's illuminance.
+    /// The share of the square on one side of a line through it is known within 0.03 at any place and angle: the error
+    /// of a cut cell's illuminance.
     #[test]
     fn areas_are_known() {
         for degrees in 0..180 {

@@ -1,16 +1,17 @@
 //! Photons counted where they are met: in cells of measuring planes, on samples of measured surfaces, and near measured
 //! bodies.
 //!
-//! Illuminance is flux over area. A cell or a sample of a surface has an area, so the photons that cross it or land on it
-//! are all that is needed: no search, no blur, no edge to correct, no light from behind. In cells light with edges is
-//! counted, direct light and caustics; light that met a diffuse surface bears a search that takes in more. A body gets the light that passes it: a flight closer than
-//! R, seen end on, crosses a disc of π R² about the body, and counts by the body's kernel.
+//! Illuminance is flux over area. A cell or a sample of a surface has an area, so the photons that cross it or land on
+//! it are all that is needed: no search, no blur, no edge to correct, no light from behind. In cells light with edges
+//! is counted, direct light and caustics; light that met a diffuse surface bears a search that takes in more. A body
+//! gets the light that passes it: a flight closer than R, seen end on, crosses a disc of π R² about the body, and
+//! counts by the body's kernel.
 
 use std::io;
 
 use glam::{DVec3, Vec3};
 
-use super::bodies::Body;
+use super::bodies::MeasuredBody;
 use super::cell_counts::Cells;
 use super::density::Estimate;
 use super::receiver::{Keep, Receiver};
@@ -24,8 +25,10 @@ use crate::scene::MeasuredSurface;
 use crate::state::Sum;
 use crate::state::tape::Tape;
 
-/// Rays that look for the nearest surface about a body, whose disc must not reach it.
-const LOOKS: u64 = 256;
+/// Rays that find the nearest surface about a body, whose disc must not reach it.
+const RAYS: u64 = 256;
+/// Part of that distance that the disc may have: the nearest point of a surface lies between rays.
+const CLEARANCE: f32 = 0.9;
 
 /// What photons brought to each point of a receiver.
 pub struct Counts<const C: usize> {
@@ -33,7 +36,7 @@ pub struct Counts<const C: usize> {
     sums: Vec<([Sum; C], Sum)>,
     /// m².
     areas: Vec<f64>,
-    /// Numbers in a row of light groups; 0 where they are not told apart.
+    /// Numbers in a row of light groups; 0 where they are not kept apart.
     width: usize,
     /// Rows of Σ φ, lm, of each point by light group.
     groups: Vec<Sum>,
@@ -58,7 +61,7 @@ impl<const C: usize> Counts<C> {
         }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.sums
             .iter_mut()
@@ -78,8 +81,8 @@ impl<const C: usize> Counts<C> {
         self.areas[point]
     }
 
-    /// E at a point after `maps` sets of photons, each of the luminaires' whole flux. Its variance is that of independent
-    /// photons; with none it is 0 ± 0.
+    /// E at a point after `maps` sets of photons, each of the luminaires' whole flux. Its variance is that of
+    /// independent photons; with none it is 0 ± 0.
     pub fn estimate(&self, point: usize, maps: f64) -> Estimate<C> {
         let whole = maps * self.areas[point];
         if whole <= 0.0 {
@@ -99,17 +102,17 @@ pub enum Watched<'a> {
     /// Samples of a surface.
     Surface(&'a MeasuredSurface),
     /// Bodies, where they are, and the squares of their discs' radii, m².
-    Bodies(Vec<(Body, Vec3, f32)>),
+    Bodies(Vec<(MeasuredBody, Vec3, f32)>),
 }
 
 impl Watched<'_> {
     /// Bodies at the points of a receiver; their discs have the radius `radius` (m), less where a surface is nearer.
     pub fn bodies(receiver: &Receiver, radius: f32, floor: f32, caster: &RayCaster) -> Self {
-        let around = |(point, &body): (usize, &Body)| {
+        let around = |(point, &body): (usize, &MeasuredBody)| {
             let at = receiver.start(point);
             let mut stream: Stream = Seed(0).stream(point as u64);
-            let ends = (0..LOOKS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));
-            let nearest = ends.map(|hit| 0.9 * hit.distance).fold(radius, f32::min).max(floor);
+            let ends = (0..RAYS).filter_map(|_| caster.closest_hit(at, stream.on_sphere(), radius));
+            let nearest = ends.map(|hit| CLEARANCE * hit.distance).fold(radius, f32::min).max(floor);
             (body, at, nearest * nearest)
         };
         Self::Bodies(receiver.bodies().iter().enumerate().map(around).collect())

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::io;
 
-use super::surroundings::{Surroundings, View, kernel};
+use super::visible::{PlaneView, VisiblePolygon, kernel};
 use crate::flux::photometric;
-use crate::photon_map::{Block, BlockVisitor, LANES, MARKED, NearestPhotons, PhotonMap};
+use crate::photon_map::{BlockVisitor, LANES, MARKED, NearestPhotons, PhotonBlock, PhotonMap};
 use crate::state::Sum;
 use crate::state::tape::Tape;
 
@@ -52,7 +52,7 @@ impl<const C: usize> EstimateSum<C> {
         Estimate { value, variance: self.variance.value() / (count * count) }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.value.iter_mut().chain([&mut self.variance]).try_for_each(|sum| tape.sum(sum))
     }
@@ -63,7 +63,7 @@ const PROBE: usize = 32;
 
 /// Limits of the search for photons.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Search {
+pub struct SearchLimits {
     /// k, photons asked for.
     pub nearest: usize,
     /// Largest search radius, m.
@@ -80,7 +80,7 @@ pub struct Search {
 pub fn paper<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 3],
-    search: Search,
+    search: SearchLimits,
     scratch: &mut T::Scratch,
 ) -> Estimate<C> {
     let found = map.sum_nearest(at, search.nearest, search.radius, scratch);
@@ -105,28 +105,28 @@ pub fn paper<T: NearestPhotons, const C: usize>(
 pub fn local_linear<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],
-    search: Search,
-    surroundings: &Surroundings,
+    search: SearchLimits,
+    visible: &VisiblePolygon,
     scratch: &mut T::Scratch,
 ) -> Estimate<C> {
-    local_linear_in_groups(map, at, search, surroundings, scratch, None)
+    local_linear_in_groups(map, at, search, visible, scratch, None)
 }
 
 /// What each light group adds to an estimate: rows of sums over the photons marked with its number.
 pub struct GroupSums<'a> {
     /// E, lx: channel by channel, group by group.
     pub lux: &'a mut [f64],
-    /// Variance of the photometric E, lx², group by group; empty where nobody asks.
+    /// Variance of the photometric E, lx², group by group; empty where it is not wanted.
     pub variance: &'a mut [f64],
 }
 
-/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so that
-/// shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
+/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so
+/// that shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
 pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],
-    search: Search,
-    surroundings: &Surroundings,
+    search: SearchLimits,
+    visible: &VisiblePolygon,
     scratch: &mut T::Scratch,
     groups: Option<GroupSums<'_>>,
 ) -> Estimate<C> {
@@ -142,7 +142,7 @@ pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     if found.count == 0 {
         return Estimate::DARK;
     }
-    sum_within(map, at, (radius, rim), surroundings, scratch, groups)
+    sum_within(map, at, (radius, rim), visible, scratch, groups)
 }
 
 /// Radii of discs that stand side by side, each half of the one before.
@@ -156,38 +156,38 @@ pub fn local_linear_within<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],
     radius: f32,
-    surroundings: &Surroundings,
+    visible: &VisiblePolygon,
     scratch: &mut T::Scratch,
     groups: Option<GroupSums<'_>>,
 ) -> Estimate<C> {
-    sum_within(map, at, (radius, None), surroundings, scratch, groups)
+    sum_within(map, at, (radius, None), visible, scratch, groups)
 }
 
-/// The sum over a disc, but for a photon on its probe's `rim`. It may be below 0 where light is far from linear; a bound
-/// here would lift the mean of many such sums.
+/// The sum over a disc, but for a photon on its probe's `rim`. It may be below 0 where light is far from linear; a
+/// bound here would lift the mean of many such sums.
 fn sum_within<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,
     at: [f32; 2],
     (radius, rim): (f32, Option<f32>),
-    surroundings: &Surroundings,
+    visible: &VisiblePolygon,
     scratch: &mut T::Scratch,
     groups: Option<GroupSums<'_>>,
 ) -> Estimate<C> {
     let point = [at[0], at[1], 0.0];
-    let view = surroundings.view(radius);
+    let view = visible.view(radius);
     let row = view.moments().first_row_of_inverse();
-    let mut sum = KernelSum::new(&view, row, radius, rim);
+    let mut sum = DensitySum::new(&view, row, radius, rim);
     map.visit_blocks(point, radius, scratch, &mut sum);
     if let Some(groups) = groups {
-        let sum = KernelSum::<C>::new(&view, row, radius, rim);
+        let sum = DensitySum::<C>::new(&view, row, radius, rim);
         map.visit_marked(point, radius, scratch, &mut SumInGroups { sum, groups });
     }
     sum.estimate()
 }
 
 /// Σ φᵢ K(xᵢ) (c · (1, xᵢ)) / R² over the photons seen, but for one whose squared distance is `rim`.
-struct KernelSum<'a, const C: usize> {
-    view: &'a View,
+struct DensitySum<'a, const C: usize> {
+    view: &'a PlaneView,
     row: [f64; 3],
     rim: Option<f32>,
     per_radius: f32,
@@ -196,8 +196,8 @@ struct KernelSum<'a, const C: usize> {
     squares: [f64; LANES],
 }
 
-impl<'a, const C: usize> KernelSum<'a, C> {
-    fn new(view: &'a View, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
+impl<'a, const C: usize> DensitySum<'a, C> {
+    fn new(view: &'a PlaneView, row: [f64; 3], radius: f32, rim: Option<f32>) -> Self {
         let per_radius = 1.0 / radius;
         let per_area = f64::from(per_radius * per_radius);
         Self { view, row, rim, per_radius, per_area, values: [[0.0; LANES]; C], squares: [0.0; LANES] }
@@ -208,10 +208,10 @@ impl<'a, const C: usize> KernelSum<'a, C> {
     }
 }
 
-impl<const C: usize> KernelSum<'_, C> {
+impl<const C: usize> DensitySum<'_, C> {
     /// What each photon of a block counts.
     #[inline(always)]
-    fn weights<const D: usize>(&mut self, block: &Block<'_, D>) -> [f64; LANES] {
+    fn weights<const D: usize>(&mut self, block: &PhotonBlock<'_, D>) -> [f64; LANES] {
         let (mut x, mut y, mut weight) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             (x[lane], y[lane]) = (block.offset[0][lane] * self.per_radius, block.offset[1][lane] * self.per_radius);
@@ -232,9 +232,9 @@ impl<const C: usize> KernelSum<'_, C> {
     }
 }
 
-impl<const C: usize> BlockVisitor<C> for KernelSum<'_, C> {
+impl<const C: usize> BlockVisitor<C> for DensitySum<'_, C> {
     #[inline(always)]
-    fn visit(&mut self, block: &Block<'_, C>) {
+    fn visit(&mut self, block: &PhotonBlock<'_, C>) {
         let weight = self.weights(block);
         let mut photometric_flux = [0.0; LANES];
         for lane in 0..LANES {
@@ -254,13 +254,13 @@ impl<const C: usize> BlockVisitor<C> for KernelSum<'_, C> {
 
 /// The same sum, apart for each light group.
 struct SumInGroups<'a, const C: usize> {
-    sum: KernelSum<'a, C>,
+    sum: DensitySum<'a, C>,
     groups: GroupSums<'a>,
 }
 
 impl<const C: usize> BlockVisitor<MARKED> for SumInGroups<'_, C> {
     #[inline(always)]
-    fn visit(&mut self, block: &Block<'_, MARKED>) {
+    fn visit(&mut self, block: &PhotonBlock<'_, MARKED>) {
         let weight = self.sum.weights(block);
         for lane in (0..LANES).filter(|&lane| weight[lane] != 0.0) {
             let group = block.flux[MARKED - 1][lane] as usize;

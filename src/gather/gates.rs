@@ -1,7 +1,7 @@
 //! Between which grid points light's edges run: walls, partitions and furniture that stand through a measuring plane.
 //!
 //! A ray from each point to its neighbours on the right and above finds whether something stands between the two; a
-//! point sees another if the way there, cell by cell, is free. That costs two rays a point where a fan of in-plane rays
+//! point sees another if the way there, cell by cell, is free. That costs two rays a point where a visible polygon
 //! costs 64, and is as good for points that lie on a grid anyway.
 
 use rayon::prelude::*;
@@ -15,12 +15,12 @@ pub struct Gates {
     rows: usize,
     /// Which of the eight [`Step`]s from each point are free.
     free: Vec<u8>,
-    /// Sums of what is not free over all cells left of and below each: tells in four look-ups whether a window is open.
+    /// Sums of what is not free over all cells left of and below each: four of them decide whether a window is open.
     closed: Vec<u32>,
 }
 
 impl Gates {
-    /// Looks between the grid points of a receiver; those without a value are shut off. Cost: two rays a point.
+    /// Casts rays between the grid points of a receiver; those without a value are shut off. Cost: two rays a point.
     pub fn new(receiver: &Receiver, [columns, rows]: [usize; 2], has_value: &[bool], caster: &RayCaster) -> Self {
         let eye = |point: usize| receiver.position(point) + receiver.normal * receiver.tolerance;
         let free_between = |point: usize, next: usize| {

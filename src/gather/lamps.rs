@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::JUST_BEFORE;
 use crate::embree::RayCaster;
 use crate::flux::channels;
 use crate::geometry::body::Body;
@@ -17,7 +18,8 @@ const CANDIDATES: usize = 12;
 
 /// Squared distance (m²) within which points of a luminaire are left to rays that happen to meet it: next to a shining
 /// wall, a point drawn on it brings 1/d² times the mean, and the variance has no bound. At the radius of a disc of the
-/// opening's area, drawing never brings more than the opening could. (Of a body a quarter of its surface, the area seen in the mean.)
+/// opening's area, drawing never brings more than the opening could. (Of a body a quarter of its surface, the area seen
+/// in the mean.)
 pub fn near_squared(luminaire: &Luminaire) -> f32 {
     let area = match &luminaire.opening {
         Opening::Point { .. } => 0.0,
@@ -32,7 +34,8 @@ pub fn near_squared(luminaire: &Luminaire) -> f32 {
     (area / std::f64::consts::PI) as f32
 }
 
-/// Area (m²) of each luminaire that stands for one of the points drawn on them all: its own over its share of the points.
+/// Area (m²) of each luminaire that stands for one of the points drawn on them all: its own over its share of the
+/// points.
 pub fn spreads(luminaires: &[Luminaire]) -> Vec<f32> {
     let points = CANDIDATES.min(luminaires.len()) as f64;
     let drawn = luminaires.iter().zip(drawn_shares(luminaires));
@@ -60,9 +63,9 @@ pub struct Aimed<const C: usize> {
 }
 
 /// The luminaires of a scene, ready to be asked for direct light.
-pub struct Lamps<'a, const C: usize> {
+pub struct LampSampler<'a, const C: usize> {
     caster: &'a RayCaster,
-    lamps: Vec<Lamp<C>>,
+    lamps: Vec<DrawnLamp<C>>,
     /// Running sum of the luminaires' shares of the points drawn; the last is 1.
     shares: Vec<f32>,
     /// Flux of all, lm.
@@ -72,7 +75,7 @@ pub struct Lamps<'a, const C: usize> {
     uneven: bool,
 }
 
-struct Lamp<const C: usize> {
+struct DrawnLamp<const C: usize> {
     /// What a point drawn on it is to be multiplied by; see [`drawn_shares`].
     times: f32,
     front: Front,
@@ -109,12 +112,12 @@ impl Times<'_> {
     }
 }
 
-impl<const C: usize> Lamp<C> {
+impl<const C: usize> DrawnLamp<C> {
     /// A point of the luminaire and its normal.
     ///
-    /// Flat openings, and Lambertian ones: equal shares by area. Of a measured body the points that face `from` are drawn,
-    /// by the area seen from its distance: all that `from` sees may be drawn, as a facet that faces a point faces away from
-    /// the body's middle, too.
+    /// Flat openings, and Lambertian ones: equal shares by area. Of a measured body the points that face `from` are
+    /// drawn, by the area seen from its distance: all that `from` sees may be drawn, as a facet that faces a point
+    /// faces away from the body's middle, too.
     fn point(&self, from: Vec3, stream: &mut Stream, caster: &RayCaster) -> ((Vec3, Vec3), Times<'_>) {
         if let (Some(body), Distribution::Measured(_)) = (&self.body, &self.distribution) {
             let drawn_for = (from.as_dvec3() - body.centre).normalize_or(DVec3::Z);
@@ -127,7 +130,7 @@ impl<const C: usize> Lamp<C> {
     }
 }
 
-impl<'a, const C: usize> Lamps<'a, C> {
+impl<'a, const C: usize> LampSampler<'a, C> {
     /// Prepares the luminaires of a scene whose mesh `caster` holds.
     pub fn new(luminaires: &[Luminaire], caster: &'a RayCaster) -> Self {
         let flux: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
@@ -136,7 +139,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             *sum += share;
             Some(*sum as f32)
         });
-        let lamp = |((luminaire, spread), (_, times)): ((&Luminaire, f32), &(f64, f64))| Lamp {
+        let lamp = |((luminaire, spread), (_, times)): ((&Luminaire, f32), &(f64, f64))| DrawnLamp {
             times: *times as f32,
             front: Front::of(luminaire),
             near_squared: near_squared(luminaire),
@@ -158,32 +161,33 @@ impl<'a, const C: usize> Lamps<'a, C> {
         }
     }
 
-    /// An estimate without bias of the direct illuminance (lx) at a point `from` (m) just off a surface with unit normal
-    /// `normal`, from what of the luminaires is not nearer than [`near_squared`]; and the luminaire that stands for all.
+    /// An estimate without bias of the direct illuminance (lx) at a point `from` (m) just off a surface with unit
+    /// normal `normal`, from what of the luminaires is not nearer than [`near_squared`]; and the luminaire that stands
+    /// for all.
     pub fn direct(&self, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
         self.direct_from(stream.uniform(), from, normal, stream)
     }
 
-    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls for one
-    /// point spread theirs evenly.
+    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls
+    /// for one point spread theirs evenly.
     pub fn direct_from(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> ([f32; C], u32) {
         let cosine = |aim: &Aim| if aim.near { 0.0 } else { aim.direction.dot(normal).max(0.0) };
         self.aimed_from(offset, from, cosine, stream).map_or(([0.0; C], 0), |aimed| (aimed.lux, aimed.luminaire))
     }
 
-    /// The same where `receive` says what light from each direction is worth, instead of its cosine; and the direction
-    /// whence it comes, for a worth that `receive` only approximates.
+    /// The same where `receive` gives the weight of light from each direction, instead of its cosine; also returns the
+    /// direction that the light comes from, for a weight that `receive` only approximates.
     ///
     /// Points of the luminaires are drawn by flux, equally spaced among it; one of them is then chosen by what it would
     /// bring unobstructed, and stands for all (resampled importance sampling, Talbot et al. 2005). Cost: one shadow ray
-    /// and some 10 ns a candidate; a shadow ray each where luminaires are very unlike, as a bright one behind a wall would
-    /// nearly always stand for the faint one before it, and bring nothing.
+    /// and some 10 ns a candidate; a shadow ray each where luminaires are very unlike, as a bright one behind a wall
+    /// would nearly always stand for the faint one before it, and bring nothing.
     pub fn aimed(&self, from: Vec3, receive: impl Fn(&Aim) -> f32, stream: &mut Stream) -> Option<Aimed<C>> {
         self.aimed_from(stream.uniform(), from, receive, stream)
     }
 
-    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls for one
-    /// point spread theirs evenly.
+    /// The same with the places of the points drawn among the flux chosen by `offset` (0 … 1, uniform): several calls
+    /// for one point spread theirs evenly.
     fn aimed_from(
         &self,
         offset: f32,
@@ -213,7 +217,7 @@ impl<'a, const C: usize> Lamps<'a, C> {
             let aim = Aim { direction, near: distance * distance < lamp.near_squared, solid_angle };
             let weight = lamp.times * leaving * receive(&aim) / (distance * distance);
             if weight > 0.0 && weight.is_finite() {
-                let reach = if lamp.front.is_point() { distance * (1.0 - 1e-5) } else { distance };
+                let reach = if lamp.front.is_point() { distance * JUST_BEFORE as f32 } else { distance };
                 if self.uneven && self.caster.transmittance(from, direction, reach) == [0.0; 3] {
                     continue;
                 }

@@ -16,7 +16,10 @@ pub mod reach;
 pub mod receiver;
 pub mod sight;
 pub mod smooth;
-pub mod surroundings;
+pub mod visible;
 pub mod witness;
 
 pub use receiver::Receiver;
+
+/// Part of the way to a luminaire without extent that a shadow ray goes: short of what the luminaire may be mounted on.
+const JUST_BEFORE: f64 = 1.0 - 1e-5;

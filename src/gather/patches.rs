@@ -1,12 +1,12 @@
 //! Surface records of a photon map: illuminance of patches of the scene's larger triangles.
 //!
-//! The mean illuminance of a patch is exactly what landed on it over its area: no search radius, no boundary to correct,
-//! and no photon lost. Final gathering asks for nothing finer, since a point receives the mean over what it sees. Three
-//! kinds of hits get no answer, and their rays go on instead (see `sight.rs`): those nearer than a patch can resolve,
-//! those on triangles smaller than a patch (finely tessellated furniture: too few photons each), and those on patches
-//! that something stands on or pierces, whose open area nobody knows. A fourth kind is bright
-//! patches of which something hides a part from some points, as a shelf does with the ceiling over a cove: those points see
-//! what is not as bright as the patch's mean. Photons sent ahead tell which are bright.
+//! The mean illuminance of a patch is exactly what landed on it over its area: no search radius, no boundary to
+//! correct, and no photon lost. Final gathering asks for nothing finer, since a point receives the mean over what it
+//! sees. Three kinds of hits get no answer, and their rays go on instead (see `sight.rs`): those nearer than a patch
+//! can resolve, those on triangles smaller than a patch (finely tessellated furniture: too few photons each), and those
+//! on patches that something stands on or pierces, whose open area is not known. A fourth kind is bright patches of
+//! which something hides a part from some points, as a shelf does with the ceiling over a cove: those points see what
+//! is not as bright as the patch's mean. Photons sent ahead tell which are bright.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -24,15 +24,20 @@ use crate::scene::Near;
 const NEAR: f32 = 2.0;
 /// Triangles below this part of a patch's area get no record.
 const SMALLEST: f32 = 0.25;
-/// Lines over a patch along each of its sides, and probes down on it along each, that look for things standing there.
+/// Lines over a patch along each of its sides, and probes down on it along each, that find things standing there.
 const LINES: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 const PROBES: [f32; 3] = [1.0 / 12.0, 0.5, 11.0 / 12.0];
+/// Lines end this part of a patch short of its edges, where things on its neighbours stand.
+const MARGIN: f32 = 0.02;
+/// Points of a patch whose barycentric coordinates add up to less than this lie in its triangle, not on its slanting
+/// side.
+const INSIDE: f32 = 0.999;
 /// From this multiple of the mean illuminance on, it matters which part of a patch a point sees.
 const BRIGHT: f64 = 2.5;
-/// Directions in which several points of a patch look for what hides one and not another.
+/// Directions in which rays from several points of a patch find what hides one and not another.
 const WAYS: usize = 16;
 /// More patches than this are not made: they become larger instead.
-const MOST_PATCHES: f64 = 2e6;
+const MAX_PATCHES: f64 = 2e6;
 
 /// No patch.
 const NONE: u32 = u32::MAX;
@@ -44,13 +49,13 @@ pub struct PatchGrid {
     cut: Vec<CutTriangle>,
     /// Number of patches.
     patches: usize,
-    /// Whether something stands on a patch; found out when it is first asked for, and the same whoever asks.
+    /// Whether something stands on a patch; decided when it is first needed, and the same for every caller.
     state: Vec<AtomicU8>,
     /// Hits nearer than this have no patch that stands for them, m.
     near: f32,
-    /// Height over the surface at which things standing on it are looked for, m.
+    /// Height over the surface at which rays find things standing on it, m.
     height: f32,
-    /// Whether each patch is bright; empty where nobody asked.
+    /// Whether each patch is bright; empty before [`Self::note_bright`].
     bright: Vec<bool>,
 }
 
@@ -130,9 +135,10 @@ impl CutTriangle {
 }
 
 impl PatchGrid {
-    /// Cuts the triangles of a scene into patches of `size` (m) at most, and where they are far from all points, of as much as
-    /// a part of their distance (`far` tells both): no larger as the points see them. `height` (m) over a surface is where
-    /// things standing on it are looked for. Cost: O(triangles + patches), 5 bytes a patch, and 4 more for each channel.
+    /// Cuts the triangles of a scene into patches of `size` (m) at most, and where they are far from all points, of as
+    /// much as a part of their distance (`far` tells both): no larger as the points see them. `height` (m) over a
+    /// surface is where rays find things standing on it. Cost: O(triangles + patches), 5 bytes a patch, and 4 more for
+    /// each channel.
     pub fn new(mesh: &Mesh, useful: impl Fn(u32) -> bool, size: f32, far: (&Near, f64), height: f32) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|vertex| Vec3::from(mesh.vertices[vertex as usize]));
         let doubled = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
@@ -143,7 +149,7 @@ impl PatchGrid {
         };
         let patches = |corners: [Vec3; 3]| f64::from(doubled(corners)) / wider(corners, size).powi(2);
         let total: f64 = mesh.triangles.iter().map(|triangle| patches(corners(triangle))).sum();
-        let size = size.max((total / MOST_PATCHES).sqrt() as f32);
+        let size = size.max((total / MAX_PATCHES).sqrt() as f32);
         let mut grid = Self {
             of_triangle: Vec::with_capacity(mesh.triangles.len()),
             cut: Vec::new(),
@@ -157,7 +163,7 @@ impl PatchGrid {
             let corners = corners(triangle);
             let size = size * wider(corners, size) as f32;
             let large = doubled(corners) > 2.0 * SMALLEST * size * size;
-            if !(large && useful(material)) || grid.patches as f64 > 8.0 * MOST_PATCHES {
+            if !(large && useful(material)) || grid.patches as f64 > 8.0 * MAX_PATCHES {
                 grid.of_triangle.push(NONE);
                 continue;
             }
@@ -184,7 +190,7 @@ impl PatchGrid {
         let patch = cut.patch(hit.position, front);
         let state = match self.state[patch].load(Ordering::Relaxed) {
             UNKNOWN => {
-                let state = self.look(cut, patch, front, hit, caster);
+                let state = self.examine(cut, patch, front, hit, caster);
                 self.state[patch].store(state, Ordering::Relaxed);
                 state
             }
@@ -193,8 +199,8 @@ impl PatchGrid {
         (state == CLEAR).then_some(patch)
     }
 
-    /// Looks for things on a patch: rays over it along its lines, and down on it. Cost: 10 rays.
-    fn look(&self, cut: &CutTriangle, patch: usize, front: bool, hit: &Hit, caster: &RayCaster) -> u8 {
+    /// Finds things on a patch: rays over it along its lines, and down on it. Cost: 10 rays.
+    fn examine(&self, cut: &CutTriangle, patch: usize, front: bool, hit: &Hit, caster: &RayCaster) -> u8 {
         let index = (patch as u32 - cut.first) % cut.patches_of_a_side();
         let [low, high] = cut.cell(index);
         let up = if front { hit.normal } else { -hit.normal };
@@ -202,9 +208,9 @@ impl PatchGrid {
         let lifted = |at: [f32; 2]| cut.point(at) + up * self.height;
         let crossed = |axis: usize, line: f32| {
             let (mut from, mut to) = ([line; 2], [line; 2]);
-            (from[axis], to[axis]) = (0.02, 0.98);
+            (from[axis], to[axis]) = (MARGIN, 1.0 - MARGIN);
             let (from, mut to) = (at(from), at(to));
-            to[axis] = to[axis].min(0.999 - to[1 - axis]); // the slanting side of the triangle
+            to[axis] = to[axis].min(INSIDE - to[1 - axis]);
             let way = lifted(to) - lifted(from);
             let length = way.length();
             to[axis] > from[axis] && length > 0.0 && caster.is_occluded(lifted(from), way / length, length)
@@ -212,7 +218,7 @@ impl PatchGrid {
         let covered = |share: [f32; 2]| {
             let at = at(share);
             let from = cut.point(at) + up * cut.size;
-            at[0] + at[1] < 0.999
+            at[0] + at[1] < INSIDE
                 && caster
                     .closest_hit(from, -up, cut.size + self.height)
                     .is_none_or(|below| below.triangle != hit.triangle)
@@ -223,14 +229,14 @@ impl PatchGrid {
         if standing || lying() || hidden() { CROWDED } else { CLEAR }
     }
 
-    /// Whether something stands before a part of a patch only: rays in the same direction from several of its points end at
-    /// very different distances. Cost: [`WAYS`] · 9 rays.
+    /// Whether something stands before a part of a patch only: rays in the same direction from several of its points
+    /// end at very different distances. Cost: [`WAYS`] · 9 rays.
     fn is_seen_in_part(&self, cut: &CutTriangle, [low, high]: [[f32; 2]; 2], up: Vec3, caster: &RayCaster) -> bool {
         let points: Vec<Vec3> = LINES
             .iter()
             .flat_map(|&a| LINES.iter().map(move |&b| [a, b]))
             .map(|share| [0, 1].map(|axis| low[axis] + (high[axis] - low[axis]) * share[axis]))
-            .filter(|at| at[0] + at[1] < 0.999)
+            .filter(|at| at[0] + at[1] < INSIDE)
             .map(|at| cut.point(at) + up * self.height)
             .collect();
         let far = 1e3 * cut.size;

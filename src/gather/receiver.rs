@@ -1,17 +1,17 @@
 //! Receivers: the planes in which light is measured, and the photons that pass through them.
 //!
 //! A measuring plane counts the photons that cross it from the measured side, whether it lies on a floor or hangs in
-//! the air: flux through the plane is what illuminance means, and a density of surface hits elsewhere is not. Light that
-//! lands on a surface within [`Receiver::tolerance`] below the plane counts as crossing it, so a plane on a floor works
-//! whatever the rounding of the mesh. Sensors that share a plane share a receiver.
+//! the air: flux through the plane is what illuminance means, and a density of surface hits elsewhere is not. Light
+//! that lands on a surface within [`Receiver::tolerance`] below the plane counts as crossing it, so a plane on a floor
+//! works whatever the rounding of the mesh. Sensors that share a plane share a receiver.
 //!
-//! Samples of a surface, each with a normal of its own, and measured bodies make receivers too, which no photon crosses:
-//! `counts.rs` counts theirs.
+//! Samples of a surface, each with a normal of its own, and measured bodies make receivers too, which no photon
+//! crosses: `counts.rs` counts theirs.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::bodies::Body;
+use super::bodies::MeasuredBody;
 use crate::embree::RayCaster;
 use crate::flux::Flux;
 use crate::photon::trace::{Flight, History, Recorder};
@@ -40,7 +40,7 @@ pub struct Receiver {
     pub cell: [f32; 2],
     /// How far below the plane a surface may lie and still count as the plane's, m.
     pub tolerance: f32,
-    /// Whence rays leave each point: just off the surface if one is there.
+    /// Where rays leave each point: just off the surface if one is there.
     starts: Vec<Vec3>,
     /// Points that touch a wall, in order, and how far their starts were moved off it, m.
     moved: Vec<(usize, Vec3)>,
@@ -54,29 +54,29 @@ pub struct Receiver {
 
 /// Where the points of a receiver are, to double precision and not lifted off any surface.
 enum Exact {
-    /// In a plane with this origin and these axes, m; and how far above it the surface of each lies, if any does, m; not a
-    /// number where it lies aslant.
+    /// In a plane with this origin and these axes, m; and how far above it the surface of each lies, if any does, m;
+    /// not a number where it lies aslant.
     Plane { origin: DVec3, axes: [DVec3; 2], heights: Vec<f32> },
     /// Each by itself, m.
     Each(Vec<DVec3>),
 }
 
-/// Where the points of a receiver look.
+/// Where the points of a receiver face.
 enum Facing {
     /// All along the plane's normal.
     Plane,
     /// Each along a normal of its own, on a surface.
     Each(Vec<Vec3>),
-    /// All about.
-    Bodies(Vec<Body>),
+    /// All around.
+    Bodies(Vec<MeasuredBody>),
 }
 
 /// Share of the middle point in the mean over a disc; the others have equal shares of the rest.
 pub const MIDDLE_SHARE: f64 = 0.25;
 
-/// Where the light of a sensor is measured: at its place, or at seven points of its disc, the middle first and the others on
-/// the circle of √(2/3) of its radius. Their weighted mean is that of the disc for every polynomial up to degree 5 (Albrecht
-/// & Collatz, as S2 5-1 in Stroud, Approximate Calculation of Multiple Integrals, 1971).
+/// Where the light of a sensor is measured: at its place, or at seven points of its disc, the middle first and the
+/// others on the circle of √(2/3) of its radius. Their weighted mean is that of the disc for every polynomial up to
+/// degree 5 (Albrecht & Collatz, as S2 5-1 in Stroud, Approximate Calculation of Multiple Integrals, 1971).
 fn disc_points(sensor: &Sensor) -> Vec<DVec3> {
     let Some(diameter) = sensor.disc else { return vec![sensor.position] };
     let (u, v) = sensor.normal.any_orthonormal_pair();
@@ -99,8 +99,8 @@ impl Receiver {
         receiver
     }
 
-    /// The receivers of the scene's sensors, each with the sensor that each of its points serves: one for all that share a
-    /// plane. A sensor with a disc has the points of `disc_points`, one after the other.
+    /// The receivers of the scene's sensors, each with the sensor that each of its points serves: one for all that
+    /// share a plane. A sensor with a disc has the points of `disc_points`, one after the other.
     pub fn of_sensors(scene: &Scene, caster: &RayCaster, tolerance: f32, margin: f32) -> Vec<(Self, Vec<usize>)> {
         let same_plane = |a: &Sensor, b: &Sensor| {
             a.normal.distance(b.normal) < 1e-9
@@ -142,7 +142,7 @@ impl Receiver {
                 None => at,
             }
         });
-        let bodies = served.iter().map(of).map(|sensor| Body { measure: sensor.measure, axis: sensor.normal });
+        let bodies = served.iter().map(of).map(|sensor| MeasuredBody { measure: sensor.measure, axis: sensor.normal });
         let receiver = Self::apart(starts.collect(), Facing::Bodies(bodies.collect()));
         (!served.is_empty()).then_some((receiver, served))
     }
@@ -265,7 +265,7 @@ impl Receiver {
     }
 
     /// The bodies it measures, one at each point; none on planes and surfaces.
-    pub fn bodies(&self) -> &[Body] {
+    pub fn bodies(&self) -> &[MeasuredBody] {
         if let Facing::Bodies(bodies) = &self.facing { bodies } else { &[] }
     }
 
@@ -311,7 +311,7 @@ impl Receiver {
         }
     }
 
-    /// Whence rays leave a point towards the measured side, m.
+    /// Where rays leave a point towards the measured side, m.
     pub fn start(&self, point: usize) -> Vec3 {
         self.starts[point]
     }
@@ -382,10 +382,10 @@ const STEEP: f32 = 0.5;
 const TOUCHING: f32 = 0.75;
 const CLEAR: f32 = 2.0;
 
-/// A start that lies in a wall as well, at the edge of a floor or where a sheet cuts through a grid, moved off that wall: to the
-/// side where the floor goes on (`tolerance` is how far that may lie below, 0 in the air), or else where another surface faces
-/// the wall. Half of what such a point sees lies in its wall's own plane, where rays slip by on either side and shadows have no
-/// edge: it would get the light of both sides, or of none.
+/// A start that lies in a wall as well, at the edge of a floor or where a sheet cuts through a grid, moved off that
+/// wall: to the side where the floor goes on (`tolerance` is how far that may lie below, 0 in the air), or else where
+/// another surface faces the wall. Half of what such a point sees lies in its wall's own plane, where rays slip by on
+/// either side and shadows have no edge: it would get the light of both sides, or of none.
 fn off_walls(start: Vec3, normal: Vec3, axes: [Vec3; 2], tolerance: f32, caster: &RayCaster) -> Vec3 {
     let step = caster.longest_step(start);
     let touched = |at: Vec3| {

@@ -1,42 +1,42 @@
 //! What a point sees: light followed backwards from the measuring points, along rays.
 //!
-//! A ray in a direction of density cos θ/π brings E = π L, so illuminance is the mean over rays. Two methods ask this
-//! way. `path` goes on from surface to surface and asks for direct light at each: unbiased, whatever the photons say.
-//! `gather` ends at the first surface whose illuminance the photons know (see `patches.rs`), and goes on as a path where
-//! they don't: next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted
-//! elsewhere (`direct.rs`).
+//! A ray in a direction of density cos θ/π brings E = π L, so illuminance is the mean over rays. Two methods work this
+//! way. `path` goes on from surface to surface and adds direct light at each: unbiased, without photons. `gather` ends
+//! at the first surface whose illuminance the photons know (see `patches.rs`), and goes on as a path where they don't:
+//! next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted elsewhere
+//! (`direct.rs`).
+
+mod path;
 
 use std::f32::consts::PI;
 use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec3, Vec3};
 
+use self::path::Path;
+pub(super) use self::path::RELUCTANCE;
 use super::caustics::CausticMap;
-use super::lamps::{Aim, Aimed, Lamps, near_squared, spreads};
+use super::direct::FLATTEST;
+use super::lamps::{Aim, Aimed, LampSampler, near_squared, spreads};
 use super::patches::{PatchGrid, PatchGroups, PatchLight};
 use crate::embree::{Hit, RayCaster};
-use crate::flux::{Flux, channels, photometric};
+use crate::flux::{Flux, channels};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{LightGroups, Luminaire, Opening};
 use crate::photon::emit::triangle_area;
 use crate::photon::media::Media;
 use crate::photon::rough::Microsurface;
-use crate::photon::surface::{Gloss, Layers, Surface, mirror, pane_shares, refract};
-use crate::photon::trace::BOUNCE_CAP;
+use crate::photon::surface::{SurfaceOptics, mirror, pane_shares, refract};
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::scene::glazing::Curves;
 
-/// A path goes on with this many times the chance that what it still brings is worth: 1.6 to 2 times as efficient as
-/// once, in an office.
-const RELUCTANCE: f32 = 4.0;
-
 /// Ready to follow light backwards through a scene.
 pub struct Sight<'a, const C: usize> {
     caster: &'a RayCaster,
-    surfaces: Vec<Surface<C>>,
-    lamps: Lamps<'a, C>,
+    surfaces: Vec<SurfaceOptics<C>>,
+    lamps: LampSampler<'a, C>,
     /// The triangles that shine, in order.
     glow: Vec<Glow<C>>,
     webs: Vec<GlowWeb>,
@@ -52,22 +52,22 @@ struct Glow<const C: usize> {
     exitance: [f32; C],
     /// The measured luminaire it belongs to.
     web: Option<u32>,
-    /// Squared distance within which a ray from a surface counts it, m²; beyond, [`Lamps`] do.
+    /// Squared distance within which a ray from a surface counts it, m²; beyond, [`LampSampler`] do.
     near_squared: f32,
     /// See [`spreads`].
     spread: f32,
 }
 
-/// What a ray left last: tells which part of the light of a luminaire that it meets was not drawn there.
+/// What a ray left last: decides which part of the light of a luminaire that it meets was not drawn there.
 #[derive(Clone, Copy)]
 pub(super) enum Last {
-    /// The point that asks: luminaires it sees are counted elsewhere.
+    /// The measuring point: luminaires it sees are counted elsewhere.
     Point,
     /// A mirror or glass: nothing was drawn.
     Mirror,
     /// A diffuse surface: all but what is near.
     Diffuse,
-    /// A rough mirror, with this density (1/sr): what this way is the less likely to find.
+    /// A rough mirror, with this density (1/sr): the part that drawing would miss is left to the ray.
     Gloss(f32),
 }
 
@@ -82,10 +82,6 @@ enum SeenArea {
     Flat(f64, DVec3),
     Body(Body),
 }
-
-/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
-/// something that is not flat, and flat it would be infinitely bright.
-const FLATTEST: f64 = 1e-3;
 
 impl GlowWeb {
     fn of(luminaire: &Luminaire) -> Option<Self> {
@@ -109,7 +105,7 @@ impl GlowWeb {
     }
 }
 
-/// Photons' answer where a ray ends.
+/// Illuminance that photons recorded, where rays end.
 #[derive(Clone, Copy)]
 pub struct Records<'a, const C: usize> {
     /// The patches.
@@ -121,15 +117,15 @@ pub struct Records<'a, const C: usize> {
     pub caustics: Option<&'a CausticMap<C>>,
 }
 
-/// Hears where the light of rays comes from.
+/// Receives where the light of rays comes from.
 pub trait Origins<const C: usize> {
-    /// So much (lx) from a luminaire.
+    /// Adds `lux` (lx) from a luminaire.
     fn luminaire(&mut self, luminaire: u32, lux: [f64; C]);
-    /// So many times the illuminance of a patch.
+    /// Adds `weight` times the illuminance of a patch.
     fn patch(&mut self, patch: usize, weight: Flux<C>);
 }
 
-/// Nobody wants to know.
+/// Origins are not wanted.
 impl<const C: usize> Origins<C> for () {
     #[inline(always)]
     fn luminaire(&mut self, _: u32, _: [f64; C]) {}
@@ -190,8 +186,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         let spread = scene.luminaires.iter().zip(spreads(&scene.luminaires));
         let mut glow: Vec<Glow<C>> = spread.enumerate().flat_map(of_luminaire).collect();
         glow.sort_unstable_by_key(|glow| glow.triangle);
-        let surfaces = scene.materials.iter().map(Surface::from).collect();
-        Self { caster, surfaces, lamps: Lamps::new(&scene.luminaires, caster), glow, webs, caustics }
+        let surfaces = scene.materials.iter().map(SurfaceOptics::from).collect();
+        Self { caster, surfaces, lamps: LampSampler::new(&scene.luminaires, caster), glow, webs, caustics }
     }
 
     /// π times the radiance (lx) that arrives at `origin` (m) against `direction`, an estimate; the light that comes
@@ -204,10 +200,10 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, None, stream, rays, &mut ())
+        Path::new(self, (origin, direction), records, stream, rays).follow(None, &mut ())
     }
 
-    /// The same, and `origins` hears where it comes from.
+    /// The same; `origins` receives where it comes from.
     pub fn incoming_from(
         &self,
         origin: Vec3,
@@ -217,10 +213,10 @@ impl<'a, const C: usize> Sight<'a, C> {
         rays: &mut u64,
         origins: &mut impl Origins<C>,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, None, stream, rays, origins)
+        Path::new(self, (origin, direction), records, stream, rays).follow(None, origins)
     }
 
-    /// The same for a surface that asks [`Sight::direct`] for the light straight from luminaires: what that leaves to rays,
+    /// The same for a surface whose light straight from luminaires [`Sight::direct`] gives: what that leaves to rays,
     /// luminaires nearer than [`near_squared`], is added to `near`.
     pub fn incoming_beside_direct(
         &self,
@@ -231,27 +227,27 @@ impl<'a, const C: usize> Sight<'a, C> {
         stream: &mut Stream,
         rays: &mut u64,
     ) -> [f64; C] {
-        self.follow(origin, direction, records, Some(near), stream, rays, &mut ())
+        Path::new(self, (origin, direction), records, stream, rays).follow(Some(near), &mut ())
     }
 
     /// Direct illuminance (lx) at a point `from` (m) just off a surface with unit normal `normal`; see
-    /// [`Lamps::direct_from`].
+    /// [`LampSampler::direct_from`].
     pub fn direct(&self, offset: f32, from: Vec3, normal: Vec3, stream: &mut Stream) -> [f32; C] {
         self.lamps.direct_from(offset, from, normal, stream).0
     }
 
     /// All surfaces, by material.
-    pub(super) fn surfaces(&self) -> &[Surface<C>] {
+    pub(super) fn surfaces(&self) -> &[SurfaceOptics<C>] {
         &self.surfaces
     }
 
     /// What a hit surface does with light.
-    pub(super) fn surface(&self, hit: &Hit) -> &Surface<C> {
+    pub(super) fn surface(&self, hit: &Hit) -> &SurfaceOptics<C> {
         &self.surfaces[hit.material as usize]
     }
 
-    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any other
-    /// surface.
+    /// Luminance (cd/m²) of the luminaire that a ray along `direction` met, as far as it is left to rays; 0 for any
+    /// other surface.
     pub(super) fn emitted(&self, hit: &Hit, direction: Vec3, last: Last) -> [f64; C] {
         let front = direction.dot(hit.normal) < 0.0;
         let shining = self.glow(hit.triangle).and_then(|glow| Some((glow, self.brightness(glow, direction, front)?)));
@@ -264,178 +260,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         }
     }
 
-    #[allow(clippy::too_many_arguments, reason = "one walk for every asker")]
-    #[inline]
-    fn follow(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        records: Option<Records<'_, C>>,
-        mut near: Option<&mut [f64; C]>,
-        stream: &mut Stream,
-        rays: &mut u64,
-        origins: &mut impl Origins<C>,
-    ) -> [f64; C] {
-        let (mut origin, mut direction) = (origin, direction);
-        let mut found = [0.0; C];
-        let mut weight = Flux([1.0; C]);
-        let (mut media, mut absorption, mut last) = (Media::AIR, [0.0; C], Last::Point);
-        // Whether light of luminaires counts where the ray meets it, and is asked for: not once the way from the point, or
-        // from the last diffuse surface, is one that photons take as a caustic, where these are counted there.
-        let (mut counted, mut caustic) = (!self.caustics, false);
-        // Distance flown before panes that the ray passed since it left anything else, m.
-        let mut before_panes = 0.0;
-        let mut add = |weight: Flux<C>, lux: [f32; C]| {
-            let part = std::array::from_fn(|c| f64::from(weight.0[c]) * f64::from(lux[c]));
-            (0..C).for_each(|c| found[c] += part[c]);
-            part
-        };
-        for _ in 0..BOUNCE_CAP {
-            *rays += 1;
-            let Some(mut hit) = self.caster.closest_hit(origin, direction, f32::INFINITY) else { break };
-            if absorption.iter().any(|&per_metre| per_metre > 0.0) {
-                weight = weight.filtered(absorption.map(|per_metre| (-per_metre * hit.distance).exp()));
-            }
-            let front = direction.dot(hit.normal) < 0.0;
-            let facing = if front { hit.normal } else { -hit.normal };
-            hit.distance += before_panes;
-            before_panes = 0.0;
-            match &self.surfaces[hit.material as usize] {
-                Surface::Pane(curves) => match cross_pane(curves, direction, hit.normal, weight, stream) {
-                    Some((true, left)) => (weight, before_panes) = (left, hit.distance),
-                    Some((false, left)) => {
-                        (weight, direction) = (left, mirror(direction, facing));
-                        (last, caustic) = (Last::Mirror, true);
-                    }
-                    None => break,
-                },
-                Surface::Glass { .. } => {
-                    let ratio = media.ratio(&self.surfaces, hit.material, front);
-                    direction = match refract(direction, facing, ratio) {
-                        Some((onward, reflected)) if stream.uniform() >= reflected => {
-                            media = media.beyond(hit.material, front);
-                            absorption = media.absorption(&self.surfaces);
-                            onward
-                        }
-                        _ => mirror(direction, facing),
-                    };
-                    (last, caustic) = (Last::Mirror, true);
-                }
-                surface => {
-                    let Layers { diffuse, transmitted, specular, rough } = surface.layers(front);
-                    if !(caustic && counted)
-                        && let Some(glow) = self.glow(hit.triangle)
-                        && let Some(times) = self.brightness(glow, direction, front)
-                    {
-                        let exitance = glow.exitance.map(|channel| channel * times);
-                        let left = self.left_to(glow, last, direction, &hit);
-                        if left > 0.0 {
-                            origins.luminaire(glow.luminaire, add(weight.scaled(left), exitance));
-                        } else if let (Last::Point, Some(near)) = (last, near.as_mut()) {
-                            let left = self.left_to(glow, Last::Diffuse, direction, &hit);
-                            (0..C).for_each(|c| near[c] += f64::from(left * weight.0[c]) * f64::from(exitance[c]));
-                        }
-                    }
-                    let (diffused, mirrored) = (weight.filtered(diffuse), weight.filtered(specular));
-                    let passed = weight.filtered(transmitted);
-                    let (to_diffuse, to_mirror, to_other) =
-                        (diffused.brightest(), mirrored.brightest(), passed.brightest());
-                    let any = to_diffuse + to_mirror + to_other;
-                    if any <= 0.0 {
-                        break;
-                    }
-                    if to_mirror > 0.0 && stream.uniform() * any < to_mirror {
-                        weight = mirrored.scaled(any / to_mirror);
-                        caustic |= rough.is_none_or(|gloss| gloss.sharp);
-                        if let Some(Gloss { facets, .. }) = rough {
-                            if !(caustic && counted) {
-                                *rays += 1;
-                                let (lux, luminaire) =
-                                    self.glossed(facets, hit.leave(facing), -direction, facing, stream);
-                                origins.luminaire(luminaire, add(weight, lux));
-                            }
-                            let onward = facets.reflect(direction, facing, stream);
-                            last = Last::Gloss(facets.lobe(-direction, onward, facing));
-                            direction = onward;
-                        } else {
-                            direction = mirror(direction, facing);
-                            last = Last::Mirror;
-                        }
-                    } else {
-                        let scale = any / (to_diffuse + to_other);
-                        let (mut here, there) = (diffused.scaled(scale), passed.scaled(scale));
-                        if let Some(Records { grid, light, .. }) = records
-                            && let Some(patch) = grid.patch(&hit, direction, self.caster)
-                        {
-                            let behind = if to_other > 0.0 { grid.patch(&hit, -direction, self.caster) } else { None };
-                            if to_other <= 0.0 || behind.is_some() {
-                                add(here, light.illuminance(patch));
-                                origins.patch(patch, here);
-                                if let Some(behind) = behind {
-                                    add(there, light.illuminance(behind));
-                                    origins.patch(behind, there);
-                                }
-                                break;
-                            }
-                        }
-                        if to_diffuse > 0.0 {
-                            *rays += 1;
-                            let (lux, luminaire) = self.lamps.direct(hit.leave(facing), facing, stream);
-                            origins.luminaire(luminaire, add(here, lux));
-                        }
-                        let known = records.and_then(|records| records.caustics);
-                        if let Some(caustics) = known {
-                            for (weight, normal) in [(here, facing), (there, -facing)] {
-                                if weight.brightest() > 0.0 {
-                                    let above = hit.leave(normal);
-                                    let meet = |luminaire, lux: [f64; C]| {
-                                        origins.luminaire(luminaire, add(weight, lux.map(|lux| lux as f32)));
-                                    };
-                                    let mut scratch = caustics.scratch();
-                                    caustics.each(
-                                        hit.position,
-                                        above,
-                                        normal,
-                                        (self.caster, stream),
-                                        &mut scratch,
-                                        meet,
-                                    );
-                                }
-                            }
-                        }
-                        let mut side = facing;
-                        if to_other > 0.0 {
-                            *rays += 1;
-                            let (lux, luminaire) = self.lamps.direct(hit.leave(-facing), -facing, stream);
-                            origins.luminaire(luminaire, add(there, lux));
-                            let chance = to_other / (to_diffuse + to_other);
-                            if stream.uniform() < chance {
-                                (here, side) = (there.scaled(1.0 / chance), -facing);
-                            } else {
-                                here = here.scaled(1.0 / (1.0 - chance));
-                            }
-                        }
-                        weight = here;
-                        direction = stream.cosine_about(side);
-                        (last, caustic, counted) = (Last::Diffuse, false, known.is_some());
-                    }
-                    let chance = (RELUCTANCE * weight.brightest()).min(1.0);
-                    if chance < 1.0 {
-                        if stream.uniform() >= chance {
-                            break;
-                        }
-                        weight = weight.scaled(1.0 / chance);
-                    }
-                }
-            }
-            origin = hit.leave(direction);
-        }
-        debug_assert!(photometric(found).is_finite());
-        found
-    }
-
-    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate: the
-    /// part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
+    /// π times the radiance (lx) that a lossless rough mirror sends to `eye` of what luminaires bring it, an estimate:
+    /// the part that [`Sight::left_to`] does not leave to rays (multiple importance sampling, Veach & Guibas 1995).
     pub(super) fn glossed(
         &self,
         facets: Microsurface,
@@ -455,8 +281,8 @@ impl<'a, const C: usize> Sight<'a, C> {
         (lux.map(|channel| channel * true_worth), luminaire)
     }
 
-    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back; nothing
-    /// where that doesn't shine.
+    /// What a triangle's exitance is to be multiplied by for a ray along `direction` that meets its front or back;
+    /// nothing where that doesn't shine.
     fn brightness(&self, glow: &Glow<C>, direction: Vec3, front: bool) -> Option<f32> {
         match glow.web {
             None => front.then_some(1.0),
@@ -472,7 +298,7 @@ impl<'a, const C: usize> Sight<'a, C> {
             Last::Mirror => 1.0,
             Last::Diffuse => f32::from(u8::from(squared < glow.near_squared)),
             Last::Gloss(density) => {
-                // As in `Lamps::aimed`: of a measured body points are drawn by the area seen.
+                // As in `LampSampler::aimed`: of a measured body points are drawn by the area seen.
                 let drawn_as_seen =
                     glow.web.is_some_and(|web| matches!(self.webs[web as usize].seen, SeenArea::Body(_)));
                 let cosine = if drawn_as_seen { 1.0 } else { direction.dot(hit.normal).abs() };
@@ -487,8 +313,8 @@ impl<'a, const C: usize> Sight<'a, C> {
     }
 }
 
-/// Whether a ray that meets a pane passes it or is mirrored, by what either way still brings, and its weight from there on;
-/// nothing where neither brings anything.
+/// Whether a ray that meets a pane passes it or is mirrored, by what either way still brings, and its weight from there
+/// on; nothing where neither brings anything.
 #[inline]
 pub(super) fn cross_pane<const C: usize>(
     curves: &Curves,
@@ -506,4 +332,25 @@ pub(super) fn cross_pane<const C: usize>(
     let passes = stream.uniform() * any < to_pass;
     let (left, share) = if passes { (passed, to_pass) } else { (mirrored, to_mirror) };
     Some((passes, left.scaled(any / share)))
+}
+
+/// Where a ray goes on that meets glass, refracted or mirrored by Fresnel's shares, and the glass that it is in from
+/// there on; `facing` is the unit normal against `direction`.
+#[inline]
+pub(super) fn cross_glass<const C: usize>(
+    surfaces: &[SurfaceOptics<C>],
+    hit: &Hit,
+    direction: Vec3,
+    facing: Vec3,
+    media: &mut Media,
+    stream: &mut Stream,
+) -> Vec3 {
+    let front = direction.dot(hit.normal) < 0.0;
+    match refract(direction, facing, media.ratio(surfaces, hit.material, front)) {
+        Some((onward, reflected)) if stream.uniform() >= reflected => {
+            *media = media.beyond(hit.material, front);
+            onward
+        }
+        _ => mirror(direction, facing),
+    }
 }

@@ -1,8 +1,8 @@
-//! Smoothing of a map of noisy estimates, as far as the data bear it and no farther than the point sees.
+//! Smoothing of a map of noisy estimates, as far as their noise allows and no farther than the point sees.
 //!
-//! Every grid point is refitted by a polynomial through its neighbours (local-linear and local-quadratic regression) over
-//! windows of several sizes. Which of them is best about a point is asked of the data: Stein's unbiased estimate of the
-//! risk (Stein 1981; Li, Wu & Chuang 2012 for rendered images) tells the squared error, noise and smoothing bias
+//! Every grid point is refitted by a polynomial through its neighbours (local-linear and local-quadratic regression)
+//! over windows of several sizes. Which of them is best about a point is decided by the data: Stein's unbiased estimate
+//! of the risk (Stein 1981; Li, Wu & Chuang 2012 for rendered images) tells the squared error, noise and smoothing bias
 //! together, of each window without knowing the truth. So smooth light is averaged over a wide window, and a shadow's
 //! edge over a narrow one. Neighbours that the point does not see in its plane (the other side of a partition) never
 //! count.
@@ -13,7 +13,7 @@ mod samples;
 
 use rayon::prelude::*;
 
-use self::fit::{Degree, Fit, Offset, Sums, Window, add_up, offsets};
+use self::fit::{Degree, Fit, FitSums, Offset, Window, add_up, offsets};
 use super::density::Estimate;
 use super::gates::Gates;
 use super::receiver::Receiver;
@@ -30,7 +30,7 @@ const BIAS_POOL: usize = 16;
 /// Points with something within so many cells choose their windows among themselves.
 const BESIDE: usize = 2;
 
-/// A window's bias is judged by one whose variance is at least so many times as large.
+/// A window's bias is estimated against one whose variance is at least this many times as large.
 const YARDSTICK: f32 = 3.0;
 
 /// Sides of the blocks over which all points' common noise is taken, in cells.
@@ -52,12 +52,12 @@ const WINDOWS: [(Degree, f32); 9] = [
 /// Cells narrower than this part of their length count as if they were so wide: their windows stay as many cells wide.
 const NARROWEST: f32 = 0.25;
 
-/// How far, in cells, others have a say in a cell: the widest window, and the pooling of its bias.
+/// How far, in cells, others influence a cell: the widest window, and the pooling of its bias.
 pub const REACH: usize = WIDEST as usize + BIAS_POOL;
 
-/// Squared bias of the window chosen, at least, as a share of its variance. At the radius of least risk it is 1/2 for a plane and
-/// 1/4 for a quadric (bias of order h² and h⁴, variance h⁻²); that the risk by which windows are chosen is itself noisy costs
-/// some, too. In even light, where there is no bias, claims are √1.5 of the errors.
+/// Squared bias of the window chosen, at least, as a share of its variance. At the radius of least risk it is 1/2 for a
+/// plane and 1/4 for a quadric (bias of order h² and h⁴, variance h⁻²); that the risk by which windows are chosen is
+/// itself noisy costs some, too. In even light, where there is no bias, claims are √1.5 of the errors.
 const BIAS_AT_LEAST_RISK: f64 = 0.5;
 
 /// What smoothing needs to know of a grid: its windows, and what stands in the way.
@@ -141,8 +141,9 @@ impl Smoother {
         smoothed
     }
 
-    /// Rows of numbers about each point put through the windows chosen for it: what [`Self::smooth`] does to a whole, done to its
-    /// parts. Rows have `width` numbers, a multiple of four. Cost: about 0.1 ns a number and neighbour in the window.
+    /// Rows of numbers about each point put through the windows chosen for it: what [`Self::smooth`] does to a whole,
+    /// done to its parts. Rows have `width` numbers, a multiple of four. Cost: about 0.1 ns a number and neighbour in
+    /// the window.
     pub fn apply(&self, chosen: &[usize], rows: &[f32], width: usize, has_value: &[bool]) -> Vec<f32> {
         let mut smoothed = vec![0.0; rows.len()];
         let fresh = || (Vec::new(), Vec::new());
@@ -178,7 +179,7 @@ impl Smoother {
             return;
         }
         reached.clear();
-        let mut sums = Sums::<0>::new();
+        let mut sums = FitSums::<0>::new();
         self.reach(point, window, reached, |offset, _| sums.add(offset, &[]));
         let row = sums.row(window);
         for (offset, there) in self.offsets.iter().zip(&*reached) {
@@ -269,8 +270,8 @@ impl Smoother {
         self.gates.open(point, [1, 1])
     }
 
-    /// Means over squares of `half` cells to each side, over points of the same kind: those beside something or at the edge,
-    /// where light changes within a cell or two, and the others.
+    /// Means over squares of `half` cells to each side, over points of the same kind: those beside something or at the
+    /// edge, where light changes within a cell or two, and the others.
     fn box_means(&self, values: &[f64], has_value: &[bool], half: usize) -> Vec<f64> {
         let size = [self.columns, self.rows];
         let among = |beside: bool| {
@@ -290,7 +291,7 @@ impl Smoother {
     ) -> [Fit<C>; WINDOWS.len()] {
         let mut fits = [Fit::NONE; WINDOWS.len()];
         reached.clear();
-        let mut sums = Sums::new();
+        let mut sums = FitSums::new();
         for (fit, window) in fits.iter_mut().zip(&self.windows) {
             if self.gates.open(point, window.half) {
                 *fit = self.open_fit(point, window, raw);
@@ -319,9 +320,9 @@ impl Smoother {
     }
 }
 
-/// Variances pooled over [`POOL`]; over wider squares, and in the end over all points, where it is 0 there: cells that no ray
-/// has found light in know the less of it. Never below 0, which the differences of large sums would miss by rounding where it
-/// is dark.
+/// Variances pooled over [`POOL`]; over wider squares, and in the end over all points, where it is 0 there: cells where
+/// no ray has found light have less information. Never below 0, which the differences of large sums would miss by
+/// rounding where it is dark.
 fn pooled(variances: &[f64], has_value: &[bool], size: [usize; 2]) -> Vec<f64> {
     let mut pooled = box_means(variances, has_value, size, POOL);
     for half in [RISK_POOL, size[0].max(size[1])] {
@@ -334,8 +335,8 @@ fn pooled(variances: &[f64], has_value: &[bool], size: [usize; 2]) -> Vec<f64> {
     pooled.into_iter().map(|variance| variance.max(0.0)).collect()
 }
 
-/// Means over the squares of `half` cells to each side of every point of a grid, of the points that have a value; 0 where
-/// none has.
+/// Means over the squares of `half` cells to each side of every point of a grid, of the points that have a value; 0
+/// where none has.
 pub(super) fn box_means(values: &[f64], has_value: &[bool], [columns, rows]: [usize; 2], half: usize) -> Vec<f64> {
     let width = columns + 1;
     let mut sums = vec![[0.0_f64; 2]; width * (rows + 1)];
@@ -375,8 +376,8 @@ fn cell_size(receiver: &Receiver, [columns, rows]: [usize; 2]) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// Variances are not negative, nor are their means, where dark cells lie beside bright ones either: their square root,
-    /// the standard error, was NaN once. Without the bound rounding breaks this in some cells.
+    /// Variances are not negative, nor are their means, where dark cells lie beside bright ones either: their square
+    /// root, the standard error, was NaN once. Without the bound rounding breaks this in some cells.
     #[test]
     fn pooled_variances_are_not_negative() {
         let size = [122, 82];

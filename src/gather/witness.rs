@@ -1,10 +1,10 @@
 //! Photons as a second witness of the light that rays found.
 //!
-//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has met
-//! it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over areas large
-//! enough to know their light well. What rays found there is held against it; what they contradict each other by, beyond
-//! their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the photons
-//! say.
+//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has
+//! met it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over
+//! areas large enough to know their light well. What rays found there is compared with it; the difference of the two,
+//! beyond their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the
+//! photons say.
 
 use std::io;
 
@@ -20,16 +20,17 @@ use crate::state::tape::Tape;
 const BLOCK: usize = 16;
 /// Both differ if they do by more than this many standard errors,
 const SIGNIFICANT: f64 = 4.0;
-/// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a sensor.
-const LEAST_OF_BLOCK: f64 = 0.05;
-const LEAST_OF_DISC: f64 = 0.5;
-/// What rays found is no evidence where it is less than so many times its variance's square root, squared: as if fewer than
-/// so many rays had met the light.
+/// and by this part of the larger: less may be what furniture covers of a block of cells, or how light changes about a
+/// sensor.
+const MIN_SHARE_OF_BLOCK: f64 = 0.05;
+const MIN_SHARE_OF_DISC: f64 = 0.5;
+/// The mean that rays found proves nothing where its square is less than this many times its variance: as if fewer than
+/// four rays had met the light.
 const EVIDENCE: f64 = 4.0;
-/// Rays in the plane about a sensor that look for walls, where its disc ends.
-const LOOKS: usize = 32;
-/// Rays from a region that look whether it sees any surface.
-const GLANCES: usize = 64;
+/// Rays in the plane about a sensor that find the walls where its disc ends.
+const RAYS: usize = 32;
+/// Rays from a region that decide whether it sees any surface.
+const SIGHT_RAYS: usize = 64;
 
 /// Light at regions of a receiver, counted by photons.
 pub struct Witness {
@@ -46,13 +47,13 @@ pub struct Witness {
 
 enum Regions {
     /// Blocks of the cells of a grid.
-    Blocks(Blocks),
+    Blocks(GridBlocks),
     /// Discs about points that may overlap: squares of their radii in each direction, m².
-    Discs(Vec<[f32; LOOKS]>),
+    Discs(Vec<[f32; RAYS]>),
 }
 
 /// How a grid is cut into blocks.
-struct Blocks {
+struct GridBlocks {
     columns: usize,
     rows: usize,
     /// The block of each cell.
@@ -83,22 +84,22 @@ impl Witness {
         for (block, _) in of_cell.iter().zip(&open).filter(|(_, open)| **open) {
             areas[*block as usize] += f64::from(width) * f64::from(height);
         }
-        Self::new(Regions::Blocks(Blocks { columns, rows, of_cell, open }), areas, receiver, caster)
+        Self::new(Regions::Blocks(GridBlocks { columns, rows, of_cell, open }), areas, receiver, caster)
     }
 
     /// Discs of `radius` (m) about points, as far as walls let them be.
     pub fn of_points(receiver: &Receiver, radius: f32, caster: &RayCaster) -> Self {
-        let around = |point: usize| -> [f32; LOOKS] {
+        let around = |point: usize| -> [f32; RAYS] {
             let eye = receiver.start(point);
-            std::array::from_fn(|look| {
-                let (sin, cos) = (std::f32::consts::TAU * (look as f32 + 0.5) / LOOKS as f32).sin_cos();
+            std::array::from_fn(|ray| {
+                let (sin, cos) = (std::f32::consts::TAU * (ray as f32 + 0.5) / RAYS as f32).sin_cos();
                 let direction = receiver.u * cos + receiver.v * sin;
                 caster.closest_hit(eye, direction, radius).map_or(radius, |hit| hit.distance).powi(2)
             })
         };
-        let squares: Vec<[f32; LOOKS]> = (0..receiver.len()).map(around).collect();
-        let area = |squares: &[f32; LOOKS]| {
-            std::f64::consts::PI * squares.iter().map(|&square| f64::from(square)).sum::<f64>() / LOOKS as f64
+        let squares: Vec<[f32; RAYS]> = (0..receiver.len()).map(around).collect();
+        let area = |squares: &[f32; RAYS]| {
+            std::f64::consts::PI * squares.iter().map(|&square| f64::from(square)).sum::<f64>() / RAYS as f64
         };
         let areas = squares.iter().map(area).collect();
         Self::new(Regions::Discs(squares), areas, receiver, caster)
@@ -108,8 +109,8 @@ impl Witness {
         let sees = |region: usize| {
             let points = regions.points(region);
             let mut stream: Stream = Seed(0).stream(region as u64);
-            (0..GLANCES).any(|glance| {
-                points.get(glance * points.len() / GLANCES).is_some_and(|&point| {
+            (0..SIGHT_RAYS).any(|ray| {
+                points.get(ray * points.len() / SIGHT_RAYS).is_some_and(|&point| {
                     let direction = receiver.direction(point, stream.uniform_pair());
                     caster.is_occluded(receiver.start(point), direction, f32::INFINITY)
                 })
@@ -140,7 +141,7 @@ impl Witness {
                     for (point, (at, square)) in receiver.points.iter().zip(squares).enumerate() {
                         let (x, y) = (position[0] - at[0], position[1] - at[1]);
                         let turn = (y.atan2(x) / std::f32::consts::TAU).rem_euclid(1.0);
-                        if x * x + y * y < square[((turn * LOOKS as f32) as usize).min(LOOKS - 1)] {
+                        if x * x + y * y < square[((turn * RAYS as f32) as usize).min(RAYS - 1)] {
                             count(point);
                         }
                     }
@@ -149,20 +150,20 @@ impl Witness {
         }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         tape.count(&mut self.sets)?;
         tape.sums(self.sums.as_flattened_mut())
     }
 
-    /// Variance (lx²) to be added at each point to what rays found there, and where they contradict photons most. `flux` is
-    /// that of one photon, lm.
+    /// Variance (lx²) to be added at each point to what rays found there, and where they contradict photons most.
+    /// `flux` is that of one photon, lm.
     pub fn doubt<const C: usize>(&self, samples: &Samples<C>, flux: f64) -> (Vec<f64>, Option<Contradiction>) {
         let (mut worst, mut most) = (None, 0.0);
         let of_region: Vec<f64> = (0..self.areas.len())
             .map(|region| {
-                let Some(judged) = self.judge(region, samples, flux) else { return 0.0 };
-                let Judged { contradiction, doubt, significant } = judged;
+                let Some(comparison) = self.compare(region, samples, flux) else { return 0.0 };
+                let Comparison { contradiction, doubt, significant } = comparison;
                 let larger = contradiction.photons.max(contradiction.rays);
                 if significant && doubt.sqrt() / larger > most {
                     (worst, most) = (Some(contradiction), doubt.sqrt() / larger);
@@ -177,12 +178,12 @@ impl Witness {
         (points, worst)
     }
 
-    fn judge<const C: usize>(&self, region: usize, samples: &Samples<C>, flux: f64) -> Option<Judged> {
+    fn compare<const C: usize>(&self, region: usize, samples: &Samples<C>, flux: f64) -> Option<Comparison> {
         let (area, [sum, squares]) = (self.areas[region], self.sums[region]);
         if area <= 0.0 || self.sets == 0 {
             return None;
         }
-        let least = if matches!(self.regions, Regions::Blocks(_)) { LEAST_OF_BLOCK } else { LEAST_OF_DISC };
+        let least = if matches!(self.regions, Regions::Blocks(_)) { MIN_SHARE_OF_BLOCK } else { MIN_SHARE_OF_DISC };
         let found = samples.together(&self.regions.points(region));
         let whole = area * self.sets as f64;
         let photons = sum.value() / whole;
@@ -199,12 +200,12 @@ impl Witness {
         } else {
             0.0
         };
-        Some(Judged { contradiction: Contradiction { photons, rays: found.mean }, doubt, significant })
+        Some(Comparison { contradiction: Contradiction { photons, rays: found.mean }, doubt, significant })
     }
 }
 
-/// What comes of holding photons and rays against each other.
-struct Judged {
+/// Photons and rays of one region compared.
+struct Comparison {
     contradiction: Contradiction,
     /// Variance to be added, lx².
     doubt: f64,
@@ -222,7 +223,7 @@ impl Regions {
     }
 }
 
-impl Blocks {
+impl GridBlocks {
     /// The block of a photon, if it is counted.
     fn at(&self, receiver: &Receiver, position: [f32; 3]) -> Option<usize> {
         let cell = receiver.cell_at([position[0], position[1]])?;

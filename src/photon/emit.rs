@@ -34,8 +34,8 @@ pub struct Emitted<const C: usize> {
 }
 
 impl<'a, const C: usize> Emission<'a, C> {
-    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the others: see
-    /// `drawn_shares`), to fly through what `caster` holds.
+    /// Prepares `photons` photons that carry equal luminous flux (less where a luminaire is much fainter than the
+    /// others: see `drawn_shares`), to fly through what `caster` holds.
     pub fn new(luminaires: &'a [Luminaire], photons: u64, caster: &'a RayCaster) -> Self {
         let total: f64 = luminaires.iter().map(|luminaire| luminaire.flux.0).sum();
         let running = |sum: &mut f64, part: f64| {
@@ -57,8 +57,8 @@ impl<'a, const C: usize> Emission<'a, C> {
         Self { luminaires, shares, flux, fronts, walls, caster }
     }
 
-    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the side
-    /// where it goes; there it would end as soon as it begins.
+    /// Start of a photon that leaves along `direction`: off the surface that a luminaire without extent lies on, to the
+    /// side where it goes; there it would end as soon as it begins.
     #[inline]
     fn off_wall(&self, which: usize, origin: Vec3, direction: Vec3) -> Vec3 {
         self.walls[which].as_ref().map_or(origin, |wall| wall.leave(direction))
@@ -98,10 +98,10 @@ fn touched(opening: &Opening, caster: &RayCaster) -> Option<Hit> {
     [Vec3::X, Vec3::Y, Vec3::Z].iter().find_map(across)
 }
 
-/// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies triangle by
-/// triangle.
+/// The front of an opening, ready to be sampled: rectangles, ellipses and points as they are, meshes and bodies
+/// triangle by triangle.
 pub struct Front {
-    shape: Shape,
+    shape: PieceShape,
     /// Whether a flat opening shines from both sides.
     two_sided: bool,
     /// None for a body, whose pieces its canonical solid tells.
@@ -112,7 +112,7 @@ pub struct Front {
 
 /// How the unit square is laid over a piece.
 #[derive(Clone, Copy, PartialEq)]
-enum Shape {
+enum PieceShape {
     Point,
     Square,
     Disc,
@@ -148,24 +148,26 @@ impl Front {
                 .fold(0.0, f32::max),
         };
         let (shape, pieces) = match opening {
-            Opening::Point { position, aim } => (Shape::Point, vec![piece(*position, DVec3::ZERO, DVec3::ZERO, *aim)]),
+            Opening::Point { position, aim } => {
+                (PieceShape::Point, vec![piece(*position, DVec3::ZERO, DVec3::ZERO, *aim)])
+            }
             Opening::Rectangle { centre, half_width, half_depth } => {
                 let normal = half_width.cross(*half_depth).normalize();
                 let corner = *centre - *half_width - *half_depth;
-                (Shape::Square, vec![piece(corner, *half_width * 2.0, *half_depth * 2.0, normal)])
+                (PieceShape::Square, vec![piece(corner, *half_width * 2.0, *half_depth * 2.0, normal)])
             }
             Opening::Disc { centre, aim, radius } => {
                 let (x, y) = aim.any_orthonormal_pair();
-                (Shape::Disc, vec![piece(*centre, x * *radius, y * *radius, *aim)])
+                (PieceShape::Disc, vec![piece(*centre, x * *radius, y * *radius, *aim)])
             }
             Opening::Ellipse { centre, half_width, half_depth } => {
                 let normal = half_width.cross(*half_depth).normalize();
-                (Shape::Disc, vec![piece(*centre, *half_width, *half_depth, normal)])
+                (PieceShape::Disc, vec![piece(*centre, *half_width, *half_depth, normal)])
             }
-            Opening::Body(body) => (Shape::Body(*body), Vec::new()),
+            Opening::Body(body) => (PieceShape::Body(*body), Vec::new()),
             Opening::Triangles(triangles) => {
                 let of = |&[a, b, c]: &[DVec3; 3]| piece(a, b - a, c - a, (b - a).cross(c - a).normalize_or_zero());
-                (Shape::Triangle, triangles.iter().map(of).collect())
+                (PieceShape::Triangle, triangles.iter().map(of).collect())
             }
         };
         let areas: Vec<f64> = match opening {
@@ -188,12 +190,13 @@ impl Front {
 
     /// Whether the opening has no extent.
     pub fn is_point(&self) -> bool {
-        self.shape == Shape::Point
+        self.shape == PieceShape::Point
     }
 
-    /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a piece;
-    /// `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m), its end: off
-    /// the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is zero.
+    /// A point of the opening, m, and its unit normal there: equal areas of the unit square give equal areas of a
+    /// piece; `choice` (0 … 1) picks the piece by its area. The point is the start of a ray or, seen from `eye` (m),
+    /// its end: off the opening on the side of its front, where it has a surface. Where the ray starts here, `eye` is
+    /// zero.
     #[inline]
     pub fn point_off(&self, choice: f32, at: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
         let which = if self.pieces.len() == 1 { 0 } else { self.shares.partition_point(|&share| share <= choice) };
@@ -220,7 +223,7 @@ impl Front {
     /// Start of a ray (m) that leaves along `direction`, uniform in the area of the opening seen from there.
     #[inline]
     fn point_towards(&self, direction: Vec3, stream: &mut Stream, caster: &RayCaster) -> Vec3 {
-        if let Shape::Body(body) = &self.shape {
+        if let PieceShape::Body(body) = &self.shape {
             return off_body(body, body.point_seen(direction.as_dvec3(), stream), Vec3::ZERO, caster).0;
         }
         let at = if self.is_point() { [0.0; 2] } else { stream.uniform_pair() };
@@ -234,16 +237,16 @@ impl Front {
     /// The same for a given piece.
     #[inline]
     pub fn point_of(&self, piece: usize, [u, v]: [f32; 2], eye: Vec3, caster: &RayCaster) -> (Vec3, Vec3) {
-        if let Shape::Body(body) = &self.shape {
+        if let PieceShape::Body(body) = &self.shape {
             let (point, normal) = off_body(body, body.point_of_facet(piece, [u, v]), eye, caster);
             return (point, normal.as_vec3());
         }
         let Piece { origin, sides: [a, b], normal, largest_coordinate } = self.pieces[piece];
         let [s, t] = match self.shape {
-            Shape::Point => [0.0; 2],
-            Shape::Square => [u, v],
-            Shape::Disc => concentric_disc([u, v]),
-            Shape::Triangle | Shape::Body(_) => [u.sqrt() * (1.0 - v), u.sqrt() * v],
+            PieceShape::Point => [0.0; 2],
+            PieceShape::Square => [u, v],
+            PieceShape::Disc => concentric_disc([u, v]),
+            PieceShape::Triangle | PieceShape::Body(_) => [u.sqrt() * (1.0 - v), u.sqrt() * v],
         };
         let point = origin + a * s + b * t;
         if self.is_point() {
@@ -253,8 +256,8 @@ impl Front {
     }
 }
 
-/// From a point of a body's surface, m, to just off it, with the unit normal there. `eye` (m) is the other end of the ray if it
-/// does not start here, else zero.
+/// From a point of a body's surface, m, to just off it, with the unit normal there. `eye` (m) is the other end of the
+/// ray if it does not start here, else zero.
 pub(crate) fn off_body(body: &Body, (point, normal): (DVec3, DVec3), eye: Vec3, caster: &RayCaster) -> (Vec3, DVec3) {
     let largest = (body.centre.abs() + DVec3::splat(body.radius())).max_element() as f32;
     (caster.step_off(point.as_vec3(), normal.as_vec3(), largest.max(eye.abs().max_element())), normal)

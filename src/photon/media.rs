@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 
-use super::surface::Surface;
+use super::surface::SurfaceOptics;
 use crate::embree::RayCaster;
 
-/// Solids inside of each other that are told apart; of more, the outermost are forgotten.
+/// Solids inside of each other that are remembered; of more, the outermost are forgotten.
 const DEEPEST: usize = 4;
-/// Surfaces along a ray that looks for what its start is in.
-const MOST_SURFACES: u32 = 256;
+/// Surfaces along a ray that finds what its start is in.
+const MAX_SURFACES: u32 = 256;
 
 /// The solids of glass that hold a point, by their materials: the innermost last. Where solids overlap, that which was
 /// entered last counts.
@@ -22,10 +22,10 @@ impl Media {
     /// In no glass.
     pub(crate) const AIR: Self = Self { materials: [0; DEEPEST], depth: 0 };
 
-    /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they disagree,
-    /// as about a sheet that encloses nothing, the point is in the air.
-    pub(crate) fn around<const C: usize>(point: Vec3, caster: &RayCaster, surfaces: &[Surface<C>]) -> Self {
-        if !surfaces.iter().any(Surface::bounds_glass) {
+    /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they
+    /// disagree, as about a sheet that encloses nothing, the point is in the air.
+    pub(crate) fn around<const C: usize>(point: Vec3, caster: &RayCaster, surfaces: &[SurfaceOptics<C>]) -> Self {
+        if !surfaces.iter().any(SurfaceOptics::bounds_glass) {
             return Self::AIR;
         }
         let axes = [Vec3::new(0.48, 0.6, 0.64), Vec3::new(-0.64, 0.0, 0.768_374_9), Vec3::new(0.28, -0.96, 0.0)];
@@ -48,10 +48,10 @@ impl Media {
         mut origin: Vec3,
         direction: Vec3,
         caster: &RayCaster,
-        surfaces: &[Surface<C>],
+        surfaces: &[SurfaceOptics<C>],
     ) -> Self {
         let (mut entered, mut left): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
-        for _ in 0..MOST_SURFACES {
+        for _ in 0..MAX_SURFACES {
             let Some(hit) = caster.closest_hit(origin, direction, f32::INFINITY) else { break };
             if surfaces[hit.material as usize].bounds_glass() {
                 if direction.dot(hit.normal) < 0.0 {
@@ -75,7 +75,7 @@ impl Media {
 
     /// n₁/n₂ at a surface of `material`.
     #[inline]
-    pub(crate) fn ratio<const C: usize>(self, surfaces: &[Surface<C>], material: u32, entering: bool) -> f32 {
+    pub(crate) fn ratio<const C: usize>(self, surfaces: &[SurfaceOptics<C>], material: u32, entering: bool) -> f32 {
         let known = entering || self.holds(material);
         let before = if known { self.ior(surfaces) } else { surfaces[material as usize].ior() };
         before / self.beyond(material, entering).ior(surfaces)
@@ -83,14 +83,14 @@ impl Media {
 
     /// Absorption coefficient of the innermost, 1/m.
     #[inline]
-    pub(crate) fn absorption<const C: usize>(self, surfaces: &[Surface<C>]) -> [f32; C] {
+    pub(crate) fn absorption<const C: usize>(self, surfaces: &[SurfaceOptics<C>]) -> [f32; C] {
         match self.innermost().map(|material| &surfaces[material as usize]) {
-            Some(&Surface::Glass { absorption, .. }) => absorption,
+            Some(&SurfaceOptics::Glass { absorption, .. }) => absorption,
             _ => [0.0; C],
         }
     }
 
-    fn ior<const C: usize>(self, surfaces: &[Surface<C>]) -> f32 {
+    fn ior<const C: usize>(self, surfaces: &[SurfaceOptics<C>]) -> f32 {
         self.innermost().map_or(1.0, |material| surfaces[material as usize].ior())
     }
 
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_leaves_is_back_where_it_was() {
+    fn leaving_undoes_entering() {
         let in_two = Media::AIR.beyond(3, true).beyond(7, true);
         assert_eq!(in_two.innermost(), Some(7));
         assert_eq!(in_two.beyond(7, false), Media::AIR.beyond(3, true));
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn indices_are_those_of_both_sides() {
-        let glass = |ior: f32| Surface::<1>::Glass { ior, absorption: [ior] };
+        let glass = |ior: f32| SurfaceOptics::<1>::Glass { ior, absorption: [ior] };
         let surfaces = [glass(1.5), glass(1.33)];
         let ratio = |media: Media, material, entering| media.ratio(&surfaces, material, entering);
         let outer = Media::AIR.beyond(0, true);

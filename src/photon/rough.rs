@@ -2,10 +2,11 @@
 //!
 //! The surface is made of tiny perfect mirrors whose normals follow the GGX law (Trowbridge & Reitz 1975; Walter et al.
 //! 2007) and whose heights know nothing of their slopes (Smith 1967). Light bounces from facet to facet until it gets
-//! out, as a random walk (Heitz et al. 2016): so every lumen that goes in comes out, at any roughness and angle, where the
-//! usual formula, which follows one bounce only, loses up to half of it. Its first bounce is that formula, with
-//! height-correlated masking and shadowing. The walk needs no law of heights: it only asks which share of the surface lies
-//! below where the light is, and a flight multiplies that share by v^(−1/Λ), v uniform (from Heitz et al., G₁ = C₁^Λ).
+//! out, as a random walk (Heitz et al. 2016): so every lumen that goes in comes out, at any roughness and angle, where
+//! the usual formula, which follows one bounce only, loses up to half of it. Its first bounce is that formula, with
+//! height-correlated masking and shadowing. The walk needs no law of heights: it only asks which share of the surface
+//! lies below where the light is, and a flight multiplies that share by v^(−1/Λ), v uniform (from Heitz et al., G₁ =
+//! C₁^Λ).
 //!
 //! The material's `specular` multiplies what comes out, once: it is the share reflected at any angle, whatever the
 //! roughness. Directions here are in the frame of the surface, whose normal is z, unless they come with a normal.
@@ -19,9 +20,9 @@ use crate::random::{Stream, on_circle};
 
 /// Roughness below this counts as this: single precision tells no finer facets apart.
 const FINEST: f32 = 1e-4;
-/// Facets that light meets at most; it then leaves as from the first. GGX of roughness 1 lets more than half of the light
-/// go at each.
-const MOST_FACETS: u32 = 1000;
+/// Facets that light meets at most; it then leaves as from the first. GGX of roughness 1 lets more than half of the
+/// light go at each.
+const MAX_FACETS: u32 = 1000;
 /// Light flying so near the normal that it would meet another facet less often than this gets out.
 const STEEPEST: f32 = 1e-6;
 /// Least cosine of what leaves: rounding must not carry it through the surface.
@@ -40,13 +41,13 @@ impl Microsurface {
         (roughness > 0.0).then(|| Self { alpha: (roughness as f32).max(FINEST) })
     }
 
-    /// Where light goes that arrives along `direction` at a surface whose unit normal `facing` is against it. Never below
-    /// the horizon. Cost: some 50 ns.
+    /// Where light goes that arrives along `direction` at a surface whose unit normal `facing` is against it. Never
+    /// below the horizon. Cost: some 50 ns.
     pub(crate) fn reflect(self, direction: Vec3, facing: Vec3, stream: &mut Stream) -> Vec3 {
         let frame = Frame::about(facing);
         let arriving = frame.local(direction);
         let (mut onward, mut below) = (arriving, 1.0);
-        for _ in 0..MOST_FACETS {
+        for _ in 0..MAX_FACETS {
             match self.fly(below, onward, stream) {
                 Some(next) => below = next,
                 None => return frame.world(onward.with_z(onward.z.max(SHALLOWEST)).normalize()),
@@ -56,9 +57,10 @@ impl Microsurface {
         mirror(direction, facing)
     }
 
-    /// About the density (1/sr) with which [`reflect`](Self::reflect) sends light from `eye` to `light` (unit vectors away
-    /// from the surface): its first bounce exactly, the others as if they left by Lambert's law. Never 0 above the horizon,
-    /// so that it can stand for the density in multiple importance sampling. Symmetric but for the cosine of `light`.
+    /// About the density (1/sr) with which [`reflect`](Self::reflect) sends light from `eye` to `light` (unit vectors
+    /// away from the surface): its first bounce exactly, the others as if they left by Lambert's law. Never 0 above the
+    /// horizon, so that it can stand for the density in multiple importance sampling. Symmetric but for the cosine of
+    /// `light`.
     pub(crate) fn lobe(self, eye: Vec3, light: Vec3, facing: Vec3) -> f32 {
         let frame = Frame::about(facing);
         self.local_lobe(frame.local(eye), frame.local(light))
@@ -71,8 +73,8 @@ impl Microsurface {
         self.first_bounce(eye, light) + 0.5 * self.alpha * self.alpha * light.z * FRAC_1_PI
     }
 
-    /// An estimate without bias of that density: the reflected radiance per radiance and solid angle of light from `light`,
-    /// cosine included. Only bounces after the first are drawn.
+    /// An estimate without bias of that density: the reflected radiance per radiance and solid angle of light from
+    /// `light`, cosine included. Only bounces after the first are drawn.
     pub(crate) fn scattered(self, eye: Vec3, light: Vec3, facing: Vec3, stream: &mut Stream) -> f32 {
         let frame = Frame::about(facing);
         let (eye, light) = (frame.local(eye), frame.local(light));
@@ -81,7 +83,7 @@ impl Microsurface {
         }
         let mut found = self.first_bounce(eye, light);
         let (mut onward, mut below) = (-eye, 1.0);
-        for facet in 0..MOST_FACETS {
+        for facet in 0..MAX_FACETS {
             match self.fly(below, onward, stream) {
                 Some(next) => below = next,
                 None => break,
@@ -134,8 +136,8 @@ impl Microsurface {
         if from.z > 0.0 { 0.5 * (1.0 + root) * from.z } else { -from.z * x / (2.0 * (1.0 + root)) }
     }
 
-    /// Share of the surface that lies below the next facet met by light that flies `onward` from where `below` of it does;
-    /// `None` if the light gets out.
+    /// Share of the surface that lies below the next facet met by light that flies `onward` from where `below` of it
+    /// does; `None` if the light gets out.
     fn fly(self, below: f32, onward: Vec3, stream: &mut Stream) -> Option<f32> {
         let lambda = self.lambda(onward);
         if (0.0..STEEPEST).contains(&lambda) {
@@ -145,8 +147,8 @@ impl Microsurface {
         (lambda < 0.0 || next < 1.0).then_some(next)
     }
 
-    /// Normal of a facet, drawn among those seen from a direction, above the horizon or below, by the area it shows: on a
-    /// stretched hemisphere, mirrored directions are uniform over a cap of the sphere (Dupuy & Benyoub 2023).
+    /// Normal of a facet, drawn among those seen from a direction, above the horizon or below, by the area it shows: on
+    /// a stretched hemisphere, mirrored directions are uniform over a cap of the sphere (Dupuy & Benyoub 2023).
     fn visible_normal(self, from: Vec3, stream: &mut Stream) -> Vec3 {
         let from = Vec3::new(self.alpha * from.x, self.alpha * from.y, from.z).normalize();
         // Height of the cap, 1 + z; the second form keeps its digits where z is near −1.
@@ -200,13 +202,13 @@ mod tests {
 
     /// Mean of samples, and its standard error.
     #[derive(Default)]
-    struct Mean {
+    struct SampleMean {
         count: f64,
         sum: f64,
         square: f64,
     }
 
-    impl Mean {
+    impl SampleMean {
         fn add(&mut self, value: f32) {
             let value = f64::from(value);
             (self.count, self.sum, self.square) = (self.count + 1.0, self.sum + value, self.square + value * value);
@@ -232,13 +234,14 @@ mod tests {
     }
 
     /// White furnace: what a lossless surface sends to an eye from all around is what arrives, ∫ f cos θ dω = 1, at any
-    /// angle and roughness. Asked of the evaluation, which knows nothing of the walk's own bookkeeping. 48 cases: 4.5 σ.
+    /// angle and roughness. Asked of the evaluation, which knows nothing of the walk's own bookkeeping. 48 cases: 4.5
+    /// σ.
     #[test]
     fn a_white_furnace_gives_one_at_all_angles() {
         for alpha in ROUGHNESSES {
             let facets = Microsurface { alpha };
             for degrees in ANGLES {
-                let (eye, mut stream, mut mean) = (at(degrees), Seed(1).stream(degrees as u64), Mean::default());
+                let (eye, mut stream, mut mean) = (at(degrees), Seed(1).stream(degrees as u64), SampleMean::default());
                 for _ in 0..40_000 {
                     let (light, density) = proposal(facets, eye, &mut stream);
                     mean.add(if light.z > 0.0 {
@@ -262,7 +265,8 @@ mod tests {
             let facets = Microsurface { alpha };
             for degrees in ANGLES {
                 let (eye, mut stream) = (at(degrees), Seed(2).stream(degrees as u64));
-                let (mut drawn, mut evaluated) = ([0; 4].map(|_| Mean::default()), [0; 4].map(|_| Mean::default()));
+                let (mut drawn, mut evaluated) =
+                    ([0; 4].map(|_| SampleMean::default()), [0; 4].map(|_| SampleMean::default()));
                 for _ in 0..30_000 {
                     let onward = facets.reflect(-eye, Vec3::Z, &mut stream);
                     assert!(onward.z > 0.0 && (onward.length() - 1.0).abs() < 1e-5, "{onward}");
@@ -285,8 +289,9 @@ mod tests {
         }
     }
 
-    /// Helmholtz: lamp and eye may change places. Under even light (drawn by the cosine) as much goes from one part of the
-    /// hemisphere to another as comes back, so counts n of the two ways differ by less than 4.5 √(n + n′); 450 pairs.
+    /// Helmholtz: lamp and eye may change places. Under even light (drawn by the cosine) as much goes from one part of
+    /// the hemisphere to another as comes back, so counts n of the two ways differ by less than 4.5 √(n + n′); 450
+    /// pairs.
     #[test]
     fn lamp_and_eye_may_change_places() {
         let part = |direction: Vec3| {
@@ -316,7 +321,7 @@ mod tests {
             let mut stream = Seed(4).stream(0);
             for (a, b) in [(at(20.0), Vec3::new(-0.3, 0.5, 0.8)), (at(80.0), Vec3::new(-0.6, 0.7, 0.1))] {
                 let b = b.normalize();
-                let (mut there, mut back) = (Mean::default(), Mean::default());
+                let (mut there, mut back) = (SampleMean::default(), SampleMean::default());
                 for _ in 0..100_000 {
                     there.add(facets.scattered(a, b, Vec3::Z, &mut stream) / b.z);
                     back.add(facets.scattered(b, a, Vec3::Z, &mut stream) / a.z);
@@ -327,8 +332,8 @@ mod tests {
         }
     }
 
-    /// ∫ D (w·m)⁺ g(m) dm by quadrature: normals of u and φ have D cos θ dm = du dφ/2π with tan²θ = α² u/(1 − u); u = 1 − (1 −
-    /// s)² spreads the steep ones out, and from below the horizon only those steep enough to be seen are asked.
+    /// ∫ D (w·m)⁺ g(m) dm by quadrature: normals of u and φ have D cos θ dm = du dφ/2π with tan²θ = α² u/(1 − u); u = 1
+    /// − (1 − s)² spreads the steep ones out, and from below the horizon only those steep enough to be seen are asked.
     fn integral(alpha: f32, from: Vec3, g: impl Fn(Vec3) -> f64) -> f64 {
         let (steps, mut sum) = (600, 0.0);
         let steepness = f64::from(-from.z).max(0.0) / f64::from(alpha * from.x).max(1e-9);
@@ -346,8 +351,9 @@ mod tests {
         sum / f64::from(steps * steps)
     }
 
-    /// Facets cover the surface once: seen from straight above, ∫ D cos θ dm = 1. Seen from anywhere, those that can be seen
-    /// show (1 + Λ) cos θ, and are drawn by what they show; both above the horizon and, for light on its way out, below.
+    /// Facets cover the surface once: seen from straight above, ∫ D cos θ dm = 1. Seen from anywhere, those that can be
+    /// seen show (1 + Λ) cos θ, and are drawn by what they show; both above the horizon and, for light on its way out,
+    /// below.
     #[test]
     fn facets_are_drawn_by_the_area_they_show() {
         let moments: [fn(Vec3) -> f32; 3] = [|m| m.z, |m| m.x, |m| m.y * m.y];
@@ -360,7 +366,7 @@ mod tests {
                 let expected = f64::from(facets.projected_area(from));
                 assert!((seen - expected).abs() < 1e-3 * expected, "α {alpha}, {degrees}°: {seen}, {expected}");
                 for moment in moments {
-                    let mut mean = Mean::default();
+                    let mut mean = SampleMean::default();
                     (0..40_000).for_each(|_| mean.add(moment(facets.visible_normal(from, &mut stream))));
                     let expected = integral(alpha, from, |m| f64::from(moment(m))) / seen;
                     let off = mean.value() - expected;

@@ -13,7 +13,7 @@ use crate::scene::material::{SHARP, Sides};
 
 /// A surface, in the channels of this run. Most surfaces are the first kind, so it knows nothing of the others.
 #[derive(Clone, Debug)]
-pub(crate) enum Surface<const C: usize> {
+pub(crate) enum SurfaceOptics<const C: usize> {
     Opaque {
         diffuse: [f32; C],
         specular: [f32; C],
@@ -50,7 +50,7 @@ pub(crate) struct Gloss {
     pub(crate) sharp: bool,
 }
 
-impl<const C: usize> From<&Material> for Surface<C> {
+impl<const C: usize> From<&Material> for SurfaceOptics<C> {
     fn from(material: &Material) -> Self {
         if let Some(pane) = &material.glazing {
             return Self::Pane(Arc::new(Curves::of(pane)));
@@ -74,7 +74,7 @@ fn shares<const C: usize>(rgb: [f64; 3]) -> [f32; C] {
 }
 
 /// How a photon goes on after a hit.
-pub(crate) enum Fate<const C: usize> {
+pub(crate) enum PhotonFate<const C: usize> {
     Absorbed,
     Diffused(Vec3, Flux<C>),
     /// By a rough mirror whose reflection is no caustic.
@@ -86,7 +86,7 @@ pub(crate) enum Fate<const C: usize> {
     Passed(Flux<C>),
 }
 
-impl<const C: usize> Surface<C> {
+impl<const C: usize> SurfaceOptics<C> {
     /// The shares of a surface that is not glass, on its front or back.
     #[inline]
     pub(crate) fn layers(&self, front: bool) -> Layers<C> {
@@ -116,8 +116,8 @@ impl<const C: usize> Surface<C> {
         if let Self::Glass { ior, .. } = self { *ior } else { 1.0 }
     }
 
-    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for light
-    /// that enters it, or leaves.
+    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for
+    /// light that enters it, or leaves.
     #[inline]
     pub(crate) fn meet(
         &self,
@@ -126,7 +126,7 @@ impl<const C: usize> Surface<C> {
         flux: Flux<C>,
         ratio: impl FnOnce(bool) -> f32,
         stream: &mut Stream,
-    ) -> Fate<C> {
+    ) -> PhotonFate<C> {
         match self {
             &Self::Opaque { diffuse, specular } => {
                 let (diffused, mirrored) = (flux.filtered(diffuse), flux.filtered(specular));
@@ -138,11 +138,11 @@ impl<const C: usize> Surface<C> {
                 let choice = stream.uniform();
                 let facing = if direction.dot(normal) < 0.0 { normal } else { -normal };
                 if choice < to_diffuse {
-                    Fate::Diffused(stream.cosine_about(facing), survivor(flux, diffused, to_diffuse))
+                    PhotonFate::Diffused(stream.cosine_about(facing), survivor(flux, diffused, to_diffuse))
                 } else if choice < to_diffuse + to_mirror {
-                    Fate::Mirrored(mirror(direction, facing), survivor(flux, mirrored, to_mirror))
+                    PhotonFate::Mirrored(mirror(direction, facing), survivor(flux, mirrored, to_mirror))
                 } else {
-                    Fate::Absorbed
+                    PhotonFate::Absorbed
                 }
             }
             Self::Layered(layers) => layers.meet(direction, normal, flux, stream),
@@ -154,8 +154,10 @@ impl<const C: usize> Surface<C> {
                 let entering = direction.dot(normal) < 0.0;
                 let facing = if entering { normal } else { -normal };
                 match refract(direction, facing, ratio(entering)) {
-                    Some((onward, reflected)) if stream.uniform() >= reflected => Fate::Refracted(onward, entering),
-                    _ => Fate::Mirrored(mirror(direction, facing), flux),
+                    Some((onward, reflected)) if stream.uniform() >= reflected => {
+                        PhotonFate::Refracted(onward, entering)
+                    }
+                    _ => PhotonFate::Mirrored(mirror(direction, facing), flux),
                 }
             }
         }
@@ -170,18 +172,18 @@ fn meet_pane<const C: usize>(
     normal: Vec3,
     flux: Flux<C>,
     stream: &mut Stream,
-) -> Fate<C> {
+) -> PhotonFate<C> {
     let [passed, mirrored] = pane_shares::<C>(curves, direction, normal);
     let (to_pass, to_mirror) = (chance(flux, passed), chance(flux, mirrored));
     let scale = 1.0 / (to_pass + to_mirror).max(1.0);
     let (to_pass, to_mirror) = (to_pass * scale, to_mirror * scale);
     let choice = stream.uniform();
     if choice < to_pass {
-        Fate::Passed(survivor(flux, flux.filtered(passed), to_pass))
+        PhotonFate::Passed(survivor(flux, flux.filtered(passed), to_pass))
     } else if choice < to_pass + to_mirror {
-        Fate::Mirrored(mirror(direction, normal), survivor(flux, flux.filtered(mirrored), to_mirror))
+        PhotonFate::Mirrored(mirror(direction, normal), survivor(flux, flux.filtered(mirrored), to_mirror))
     } else {
-        Fate::Absorbed
+        PhotonFate::Absorbed
     }
 }
 
@@ -209,7 +211,7 @@ impl<const C: usize> Layers<C> {
     }
 
     #[inline(never)] // so that it costs the other surfaces nothing
-    fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> Fate<C> {
+    fn meet(&self, direction: Vec3, normal: Vec3, flux: Flux<C>, stream: &mut Stream) -> PhotonFate<C> {
         let front = direction.dot(normal) < 0.0;
         let shares = [self.diffuse, self.transmitted, self.specular];
         let chances = shares.map(|shares| chance(flux, shares));
@@ -219,20 +221,20 @@ impl<const C: usize> Layers<C> {
         let facing = if front { normal } else { -normal };
         let left = |shares: [f32; C], chance: f32| survivor(flux, flux.filtered(shares), chance);
         if choice < to_diffuse {
-            Fate::Diffused(stream.cosine_about(facing), left(self.diffuse, to_diffuse))
+            PhotonFate::Diffused(stream.cosine_about(facing), left(self.diffuse, to_diffuse))
         } else if choice < to_diffuse + to_other {
-            Fate::Diffused(stream.cosine_about(-facing), left(self.transmitted, to_other))
+            PhotonFate::Diffused(stream.cosine_about(-facing), left(self.transmitted, to_other))
         } else if choice < to_diffuse + to_other + to_mirror {
             let left = left(self.specular, to_mirror);
             match self.rough {
-                None => Fate::Mirrored(mirror(direction, facing), left),
+                None => PhotonFate::Mirrored(mirror(direction, facing), left),
                 Some(gloss) => {
                     let onward = gloss.facets.reflect(direction, facing, stream);
-                    if gloss.sharp { Fate::Mirrored(onward, left) } else { Fate::Glossed(onward, left) }
+                    if gloss.sharp { PhotonFate::Mirrored(onward, left) } else { PhotonFate::Glossed(onward, left) }
                 }
             }
         } else {
-            Fate::Absorbed
+            PhotonFate::Absorbed
         }
     }
 }
@@ -243,7 +245,8 @@ fn chance<const C: usize>(flux: Flux<C>, shares: [f32; C]) -> f32 {
     if C == 1 { shares[0] } else { flux.filtered(shares).brightest() / flux.brightest() }
 }
 
-/// What of a photon's flux passes `distance` (m) of glass, by roulette over its brightest channel; `None` if it ends there.
+/// What of a photon's flux passes `distance` (m) of glass, by roulette over its brightest channel; `None` if it ends
+/// there.
 #[inline]
 pub(crate) fn pass_glass<const C: usize>(
     flux: Flux<C>,
@@ -290,8 +293,8 @@ mod tests {
     use super::*;
     use crate::random::Seed;
 
-    /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the right
-    /// side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.
+    /// White furnace: of light that arrives at any angle, each way gets its share and no more, in every channel, on the
+    /// right side. 4.5 σ of 40,000 photons; six materials at nine angles from either side.
     #[test]
     fn every_share_is_kept_at_all_angles() {
         let black = Material::black("test");
@@ -305,7 +308,7 @@ mod tests {
         let opal = Material { specular: [0.05; 3], roughness: 0.3, ..sheet.clone() };
         let materials = [glossy(0.0), glossy(0.05), glossy(0.4), glossy(1.0), sheet, opal];
         for (material, flux) in materials.iter().zip([Flux([1.0, 1.0, 1.0]), Flux([1.5, 0.8, 0.2])].iter().cycle()) {
-            let surface = Surface::<3>::from(material);
+            let surface = SurfaceOptics::<3>::from(material);
             for degrees in [0.0, 20.0, 40.0, 60.0, 75.0, 85.0, 89.0, 120.0, 150.0_f32] {
                 let (sin, cos) = degrees.to_radians().sin_cos();
                 let arriving = -Vec3::new(sin, 0.0, cos);
@@ -315,13 +318,13 @@ mod tests {
                 let (mut sums, mut squares) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
                 for _ in 0..count {
                     let (way, left) = match surface.meet(arriving, Vec3::Z, *flux, |_| 1.0, &mut stream) {
-                        Fate::Absorbed => continue,
-                        Fate::Diffused(onward, left) => (usize::from(onward.dot(facing) < 0.0), left),
-                        Fate::Mirrored(onward, left) | Fate::Glossed(onward, left) => {
+                        PhotonFate::Absorbed => continue,
+                        PhotonFate::Diffused(onward, left) => (usize::from(onward.dot(facing) < 0.0), left),
+                        PhotonFate::Mirrored(onward, left) | PhotonFate::Glossed(onward, left) => {
                             assert!(onward.dot(facing) > 0.0);
                             (2, left)
                         }
-                        Fate::Refracted(..) | Fate::Passed(_) => panic!("no glass here"),
+                        PhotonFate::Refracted(..) | PhotonFate::Passed(_) => panic!("no glass here"),
                     };
                     for c in 0..3 {
                         sums[way][c] += f64::from(left.0[c]);

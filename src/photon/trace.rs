@@ -1,7 +1,8 @@
 //! A photon's life: emit, fly, land, then survive or end.
 //!
-//! The photons of a luminaire carry equal luminous flux and die by Russian roulette only, so a room of ρ = 0.999 is as right as one of
-//! ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the flux it cut off.
+//! The photons of a luminaire carry equal luminous flux and end by Russian roulette only, so a room of ρ = 0.999 is as
+//! right as one of ρ = 0.2; a safety cap on bounces ends what a loss-free room would trap for ever, and reports the
+//! flux it cut off.
 
 use std::io;
 
@@ -9,7 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::media::Media;
-use super::surface::{Fate, Surface, pass_glass};
+use super::surface::{PhotonFate, SurfaceOptics, pass_glass};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::{Flux, accumulate};
 use crate::luminaire::Luminaire;
@@ -61,7 +62,7 @@ pub trait Recorder<const C: usize>: Send {
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>);
 }
 
-/// A record that is kept only if somebody asks for it.
+/// A record that is kept only if it is wanted.
 impl<const C: usize, R: Recorder<C>> Recorder<C> for Option<R> {
     #[inline]
     fn record(&mut self, flight: &Flight<'_>, flux: Flux<C>) {
@@ -114,7 +115,7 @@ impl<const C: usize> TallySum<C> {
         Tally { emitted, absorbed, escaped, cut_off, rays: self.rays }
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         tape.sums(self.flux.as_flattened_mut())?;
         tape.count(&mut self.rays)
@@ -152,7 +153,7 @@ impl<const C: usize> Tally<C> {
 /// Traces photons through a scene.
 pub struct Tracer<'a, const C: usize> {
     caster: &'a RayCaster,
-    surfaces: Vec<Surface<C>>,
+    surfaces: Vec<SurfaceOptics<C>>,
     emission: Emission<'a, C>,
     /// The glass that each luminaire is in; empty where there is no glass about any.
     starts: Vec<Media>,
@@ -163,7 +164,7 @@ pub struct Tracer<'a, const C: usize> {
 impl<'a, const C: usize> Tracer<'a, C> {
     /// Prepares passes of `photons` photons each through `scene`, whose mesh `caster` holds.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, photons: u64) -> Self {
-        let surfaces: Vec<Surface<C>> = scene.materials.iter().map(Surface::from).collect();
+        let surfaces: Vec<SurfaceOptics<C>> = scene.materials.iter().map(SurfaceOptics::from).collect();
         let around = |luminaire: &Luminaire| Media::around(luminaire.opening.middle().as_vec3(), caster, &surfaces);
         let mut starts: Vec<Media> = scene.luminaires.par_iter().map(around).collect();
         if starts.iter().all(|media| *media == Media::AIR) {
@@ -184,7 +185,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
     }
 
     /// Traces one pass. Returns the recorders of consecutive photons, in order, and the flux balance: the same bits
-    /// for any number of threads. `progress` hears how many photons have ended since its last call.
+    /// for any number of threads. `progress` is called with the number of photons that have ended since its last call.
     pub fn trace<R: Recorder<C>>(
         &self,
         seed: Seed,
@@ -241,7 +242,7 @@ impl<'a, const C: usize> Tracer<'a, C> {
             tally.rays += 1;
             let hit = self.caster.closest_hit(origin, direction, f32::INFINITY);
             let surface = hit.as_ref().map(|hit| &self.surfaces[hit.material as usize]);
-            let lands = surface.is_some_and(Surface::is_landed_on);
+            let lands = surface.is_some_and(SurfaceOptics::is_landed_on);
             if let Some(hit) = &hit
                 && glass.iter().any(|&per_metre| per_metre > 0.0)
             {
@@ -261,27 +262,27 @@ impl<'a, const C: usize> Tracer<'a, C> {
             // Survive or end.
             let ratio = |entering| media.ratio(&self.surfaces, hit.material, entering);
             match surface.meet(direction, hit.normal, flux, ratio, stream) {
-                Fate::Absorbed => {
+                PhotonFate::Absorbed => {
                     accumulate(&mut tally.absorbed, flux, 1.0);
                     return;
                 }
-                Fate::Diffused(onward, left) => {
+                PhotonFate::Diffused(onward, left) => {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, History::Diffused);
                 }
-                Fate::Glossed(onward, left) => {
+                PhotonFate::Glossed(onward, left) => {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, history.after_gloss());
                 }
-                Fate::Mirrored(onward, left) => {
+                PhotonFate::Mirrored(onward, left) => {
                     tally.lose(flux, left);
                     (direction, flux, history) = (onward, left, history.after_specular());
                 }
-                Fate::Passed(left) => {
+                PhotonFate::Passed(left) => {
                     tally.lose(flux, left);
                     flux = left;
                 }
-                Fate::Refracted(onward, entering) => {
+                PhotonFate::Refracted(onward, entering) => {
                     media = media.beyond(hit.material, entering);
                     (direction, glass) = (onward, media.absorption(&self.surfaces));
                     history = history.after_specular();

@@ -15,13 +15,13 @@ const PHOTONS: u64 = 128;
 /// Of so many flights at the end of a photon that was cut off, none ends on an opaque surface if glass has caught it.
 const LAST: u32 = BOUNCE_CAP / 10;
 /// Fewest bounces before light in glass counts as caught.
-const LEAST_BOUNCES: u32 = 1000;
+const MIN_BOUNCES: u32 = 1000;
 /// A surface that absorbs less than this part of some channel might keep light for longer than photons may fly.
 const NEXT_TO_NOTHING: f64 = 5e-5;
 
 /// What became of the photons sent ahead.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Trial {
+pub struct PhotonTrial {
     /// Photons sent.
     pub photons: u64,
     /// Part of their flux that still went from surface to surface when they were cut off.
@@ -32,7 +32,7 @@ pub struct Trial {
     pub longest: u32,
 }
 
-impl Trial {
+impl PhotonTrial {
     /// Whether any of a scene's surfaces absorbs so little that a trial is called for; `size` (m) is the scene's.
     pub fn is_called_for(scene: &Scene, size: f64) -> bool {
         scene.materials.iter().any(|material| {
@@ -74,7 +74,7 @@ impl Trial {
     /// Bounces that photons may make: fewer than [`BOUNCE_CAP`] where all that would get so far is caught in glass.
     pub fn most_bounces(&self) -> u32 {
         if self.in_glass > 0.0 && self.endless <= 0.0 {
-            (4 * self.longest).clamp(LEAST_BOUNCES, BOUNCE_CAP)
+            (4 * self.longest).clamp(MIN_BOUNCES, BOUNCE_CAP)
         } else {
             BOUNCE_CAP
         }

@@ -97,14 +97,14 @@ pub trait NearestPhotons: Send + Sync + Sized {
             distances[count] = distance_squared;
             count += 1;
             if count == LANES {
-                visitor.visit(&Block { offset: &offset, distance_squared: &distances, flux: &flux });
+                visitor.visit(&PhotonBlock { offset: &offset, distance_squared: &distances, flux: &flux });
                 count = 0;
             }
         });
         if count > 0 {
             offset.iter_mut().chain([&mut distances]).for_each(|lanes| lanes[count..].fill(f32::INFINITY));
             flux.iter_mut().for_each(|lanes| lanes[count..].fill(0.0));
-            visitor.visit(&Block { offset: &offset, distance_squared: &distances, flux: &flux });
+            visitor.visit(&PhotonBlock { offset: &offset, distance_squared: &distances, flux: &flux });
         }
     }
 }
@@ -137,7 +137,7 @@ impl<const C: usize> Carried<C> {
 
 /// Sixteen places for photons near a point. Where `distance_squared` is more than the squared radius there is none to
 /// be counted, and `offset` may be infinite.
-pub struct Block<'a, const C: usize> {
+pub struct PhotonBlock<'a, const C: usize> {
     /// From the point to the photons along x, y and z, m.
     pub offset: &'a [[f32; LANES]; 3],
     /// Squared distances, m².
@@ -150,7 +150,7 @@ pub struct Block<'a, const C: usize> {
 pub trait BlockVisitor<const C: usize> {
     /// Takes in a block. Where this is `#[inline(always)]` and loops over the lanes, our tree has it compiled for the
     /// vector instructions it found.
-    fn visit(&mut self, block: &Block<'_, C>);
+    fn visit(&mut self, block: &PhotonBlock<'_, C>);
 }
 
 /// What the k nearest photons add up to.

@@ -15,7 +15,7 @@ pub struct List {
     distances: Vec<f32>,
 }
 
-struct Nearest<'a> {
+struct NearestList<'a> {
     at: [f32; 3],
     k: usize,
     /// Squared search radius: d² until the list is full, then the distance of its farthest member.
@@ -24,7 +24,7 @@ struct Nearest<'a> {
     farthest: usize,
 }
 
-impl Nearest<'_> {
+impl NearestList<'_> {
     /// Takes a photon into the list, in the place of the farthest once the list is full.
     fn offer(&mut self, photon: u32, distance_squared: f32) {
         let List { photons, distances } = &mut *self.list;
@@ -88,7 +88,7 @@ impl NearestPhotons for Paper {
         if k == 0 {
             return;
         }
-        let mut nearest = Nearest { at, k, radius_squared: radius * radius, list: scratch, farthest: 0 };
+        let mut nearest = NearestList { at, k, radius_squared: radius * radius, list: scratch, farthest: 0 };
         search(&self.nodes, 0, &mut nearest);
         scratch
             .photons
@@ -115,7 +115,7 @@ fn split(nodes: &mut [([f32; 3], u32)], axis: usize) {
 }
 
 /// Visits the node in the middle, the left half if the search radius reaches it, then the right one likewise.
-fn search(nodes: &[([f32; 3], u32)], axis: usize, nearest: &mut Nearest<'_>) {
+fn search(nodes: &[([f32; 3], u32)], axis: usize, nearest: &mut NearestList<'_>) {
     let Some(&(position, photon)) = nodes.get(nodes.len() / 2) else { return };
     let middle = nodes.len() / 2;
     nearest.offer(photon, distance_squared(nearest.at, position));

@@ -84,7 +84,7 @@ fn watched<'a, const C: usize>(run: &Rendering<'a, C>, places: &[Place<C>], cast
     let of = |(index, place): (usize, &Place<C>)| {
         let Site { receiver, has_value, .. } = &place.site;
         match (receiver.bodies(), index.checked_sub(first)) {
-            ([], None) if receiver.cells_count => Watched::Cells(Cells::look(receiver, has_value, caster)),
+            ([], None) if receiver.cells_count => Watched::Cells(Cells::measure(receiver, has_value, caster)),
             ([], None) => Watched::Nothing,
             ([], Some(surface)) => Watched::Surface(&run.scene.surfaces[surface]),
             _ => {

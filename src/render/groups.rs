@@ -10,7 +10,7 @@ use super::place::Place;
 use crate::error::OptionError;
 use crate::flux::photometric;
 use crate::gather::density::LADDER;
-use crate::gather::parts::Known;
+use crate::gather::parts::PhotonTotal;
 use crate::gather::parts::density::SmoothDensity;
 use crate::gather::smooth::POINT_BATCHES;
 use crate::luminaire::LightGroups;
@@ -87,10 +87,10 @@ impl<const C: usize> Rendering<'_, C> {
     }
 
     /// Sets of photons in the sums of parts, each of the luminaires' whole flux, and the flux of a photon.
-    pub(super) fn known(&self) -> Known {
+    pub(super) fn known(&self) -> PhotonTotal {
         let sets = (u64::from(self.done.len()) * self.rounds()) as f64;
         let emitted = photometric(self.record.flux.mean(sets.max(1.0)).emitted);
-        Known { sets, photon: emitted * sets / self.record.photons_emitted.max(1) as f64 }
+        PhotonTotal { sets, photon: emitted * sets / self.record.photons_emitted.max(1) as f64 }
     }
 
     /// What all passes say of each group's light that has bounced, by the choices made for the whole.

@@ -4,10 +4,10 @@ use super::plan::{Method, Plan};
 use super::settings::{SENSOR_RAYS, Settings};
 use super::{PURPOSE_SIGHT, Rendering};
 use crate::embree::RayCaster;
-use crate::gather::density::Search;
-use crate::gather::parts::counted::Counted;
+use crate::gather::density::SearchLimits;
+use crate::gather::parts::counted::CountedLight;
 use crate::gather::parts::density::{Discs, PaperDensity, SmoothDensity};
-use crate::gather::parts::{Part, Site, rays};
+use crate::gather::parts::{LightPart, Site, rays};
 use crate::gather::receiver::Keep;
 use crate::random::Seed;
 
@@ -131,7 +131,7 @@ pub(super) fn parts<const C: usize>(
     site: &Site,
     in_groups: bool,
     made_from: MadeFrom<'_, '_, C>,
-) -> Vec<Box<dyn Part<C>>> {
+) -> Vec<Box<dyn LightPart<C>>> {
     let MadeFrom { run, index, counted, caster } = made_from;
     let (composition, settings, searches) = (&run.composition, run.settings, &run.searches);
     let receiver = &site.receiver;
@@ -140,18 +140,18 @@ pub(super) fn parts<const C: usize>(
     // Variances of groups are kept of single points only.
     let with_variances = groups.map(|groups| (groups, if receiver.grid.is_some() { 0 } else { groups.len() }));
 
-    let mut parts: Vec<Box<dyn Part<C>>> = Vec::new();
+    let mut parts: Vec<Box<dyn LightPart<C>>> = Vec::new();
     if composition.rays.is_some() {
         let seed = Seed(settings.seed).branch(PURPOSE_SIGHT).branch(index as u64);
         let times = if receiver.grid.is_some() { 1 } else { u64::from(SENSOR_RAYS) };
         let witness = run.witness(site, caster);
-        parts.push(Box::new(rays::Rays::new(receiver, seed, times, settings.smooth, witness, groups)));
+        parts.push(Box::new(rays::RayLight::new(receiver, seed, times, settings.smooth, witness, groups)));
     }
     if let Some(areas) = counted {
-        parts.push(Box::new(Counted::new(areas, groups.map_or(0, |groups| groups.width::<C>()))));
+        parts.push(Box::new(CountedLight::new(areas, groups.map_or(0, |groups| groups.width::<C>()))));
     }
     if composition.counts_sharp && is_plane && !receiver.cells_count {
-        let Search { radius, floor, .. } = searches.sharp;
+        let SearchLimits { radius, floor, .. } = searches.sharp;
         parts.push(Box::new(Discs::new(points, radius, floor, with_variances)));
     }
     match composition.density.filter(|_| is_plane) {
@@ -167,8 +167,8 @@ pub(super) fn parts<const C: usize>(
 /// Search limits of the two kinds of light; see [`Crossings`](crate::gather::receiver::Crossings).
 #[derive(Clone, Copy)]
 pub(super) struct Searches {
-    pub(super) sharp: Search,
-    pub(super) smooth: Search,
+    pub(super) sharp: SearchLimits,
+    pub(super) smooth: SearchLimits,
 }
 
 impl Searches {
@@ -188,7 +188,7 @@ impl Searches {
             }
             _ => (growing(SHARP_NEAREST), growing(SMOOTH_NEAREST)),
         };
-        let search = |nearest| Search { nearest, radius, floor };
+        let search = |nearest| SearchLimits { nearest, radius, floor };
         Self { sharp: search(sharp), smooth: search(smooth) }
     }
 
@@ -196,7 +196,7 @@ impl Searches {
     /// R²ₙ₊₁ = R²ₙ (n + α)/(n + 1) with α = 2/3, the rate at which both vanish together (Knaus & Zwicker 2011).
     pub(super) fn of_pass(self, pass: u32) -> Self {
         let shrunk: f64 = (1..=pass).map(|n| (f64::from(n) + 2.0 / 3.0) / (f64::from(n) + 1.0)).product();
-        let shrink = |search: Search| Search {
+        let shrink = |search: SearchLimits| SearchLimits {
             nearest: ((search.nearest as f64 * shrunk) as usize).max(search.nearest.min(20)),
             radius: search.radius * shrunk.sqrt() as f32,
             ..search

@@ -32,7 +32,7 @@ use crate::embree::RayCaster;
 use crate::error::{Error, InputError, Location};
 use crate::luminaire::LightGroups;
 use crate::photon::trace::BOUNCE_CAP;
-use crate::photon::trial::Trial;
+use crate::photon::trial::PhotonTrial;
 use crate::progress::Progress;
 use crate::random::Seed;
 use crate::results::Results;
@@ -111,7 +111,7 @@ struct Rendering<'a, const C: usize> {
     /// The light groups to be told apart.
     groups: Option<LightGroups>,
     /// What became of photons sent ahead, where some surface absorbs next to nothing.
-    trial: Trial,
+    trial: PhotonTrial,
 }
 
 impl<'a, const C: usize> Rendering<'a, C> {
@@ -135,7 +135,7 @@ impl<'a, const C: usize> Rendering<'a, C> {
             done: Passes::default(),
             record: Record::new(&scene.warnings),
             groups: None,
-            trial: Trial::default(),
+            trial: PhotonTrial::default(),
         };
         rendering.choose_groups()?;
         rendering.send_ahead(caster)?;
@@ -160,12 +160,12 @@ impl<'a, const C: usize> Rendering<'a, C> {
 
     /// Traces some photons to see whether all light is absorbed in the end, where that isn't certain.
     fn send_ahead(&mut self, caster: &RayCaster) -> Result<(), Error> {
-        if !self.plan.bounces || !Trial::is_called_for(self.scene, self.diagonal) {
+        if !self.plan.bounces || !PhotonTrial::is_called_for(self.scene, self.diagonal) {
             return Ok(());
         }
         let seed = Seed(self.settings.seed).branch(PURPOSE_TRIAL);
-        self.trial = self.timed("send photons ahead", 1, |this| Trial::of::<C>(this.scene, caster, seed));
-        let Trial { photons, endless, .. } = self.trial;
+        self.trial = self.timed("send photons ahead", 1, |this| PhotonTrial::of::<C>(this.scene, caster, seed));
+        let PhotonTrial { photons, endless, .. } = self.trial;
         if endless <= MOST_ENDLESS {
             return Ok(());
         }

@@ -5,7 +5,7 @@ use std::io;
 use crate::embree::RayCaster;
 use crate::flux::photometric;
 use crate::gather::density::Estimate;
-use crate::gather::parts::{GroupRows, Known, Part, Site, Source};
+use crate::gather::parts::{GroupRows, LightOrigin, LightPart, PhotonTotal, Site};
 use crate::random::Seed;
 use crate::results::{Extremes, GroupReading};
 use crate::state::tape::Tape;
@@ -14,7 +14,7 @@ use crate::state::tape::Tape;
 pub(super) struct Place<const C: usize> {
     pub(super) site: Site,
     /// The parts of its light; their order never matters but for rounding.
-    pub(super) parts: Vec<Box<dyn Part<C>>>,
+    pub(super) parts: Vec<Box<dyn LightPart<C>>>,
     /// Light that passes find, all parts together, as far as it is known.
     pub(super) bounced: Vec<Estimate<C>>,
     /// What of it only photons find; empty where there is none.
@@ -34,18 +34,18 @@ impl<const C: usize> Place<C> {
     }
 
     /// The parts that are straight from luminaires.
-    pub(super) fn straight(&self) -> impl DoubleEndedIterator<Item = &dyn Part<C>> {
-        self.parts.iter().map(|part| &**part).filter(|part| part.source() == Source::Luminaires)
+    pub(super) fn straight(&self) -> impl DoubleEndedIterator<Item = &dyn LightPart<C>> {
+        self.parts.iter().map(|part| &**part).filter(|part| part.source() == LightOrigin::Luminaires)
     }
 
     /// Works out what all passes so far say.
-    pub(super) fn conclude(&mut self, known: Known) {
+    pub(super) fn conclude(&mut self, known: PhotonTotal) {
         let mut bounced = vec![Estimate::DARK; self.len()];
         let mut rest = Vec::new();
         for part in &mut self.parts {
             let found = part.conclude(known, &self.site);
             bounced.iter_mut().zip(&found).for_each(|(sum, found)| sum.add(found));
-            if part.source() == Source::PhotonsOnly {
+            if part.source() == LightOrigin::PhotonsOnly {
                 rest = found;
             }
         }
@@ -58,7 +58,7 @@ impl<const C: usize> Place<C> {
     }
 
     /// The same by light group, by the choices made for the whole.
-    pub(super) fn conclude_groups(&mut self, known: Known) {
+    pub(super) fn conclude_groups(&mut self, known: PhotonTotal) {
         let Some(GroupRows { width, variances, .. }) = self.groups else { return };
         let mut rows = GroupRows::dark(self.len(), width, variances);
         self.parts.iter().for_each(|part| part.add_groups(known, &self.site, &mut rows));
@@ -113,7 +113,7 @@ impl<const C: usize> Place<C> {
             };
             weighted.iter().map(error).sum::<f64>().powi(2)
         };
-        let bounced = self.parts.iter().filter(|part| part.source() != Source::Luminaires);
+        let bounced = self.parts.iter().filter(|part| part.source() != LightOrigin::Luminaires);
         let by_parts: Vec<f64> = bounced.filter_map(|part| part.variance_of_sum(&weighted)).collect();
         let mut variance = if by_parts.is_empty() {
             together(&self.bounced)

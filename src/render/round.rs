@@ -11,7 +11,7 @@ use crate::flux::Flux;
 use crate::gather::camera::Eye;
 use crate::gather::caustics::{CausticMap, Caustics};
 use crate::gather::counts::{CountRecorder, Met};
-use crate::gather::density::Search;
+use crate::gather::density::SearchLimits;
 use crate::gather::parts::{Arrived, PhotonRound, RayRound};
 use crate::gather::patches::{PatchGroups, PatchLight, PatchRecorder};
 use crate::gather::receiver::{CrossingRecorder, Crossings, Keep, LandingRecorder, Photons, Receiver};
@@ -213,7 +213,7 @@ impl<const C: usize> Rendering<'_, C> {
         // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in
         // less light than the mean, and to reach farther would smear what is bright there.
         let wide_enough = (search.nearest as f64 * area / (std::f64::consts::PI * photons)).sqrt() as f32;
-        CausticMap::build(caustics, Search { radius: search.radius.min(wide_enough), ..search })
+        CausticMap::build(caustics, SearchLimits { radius: search.radius.min(wide_enough), ..search })
     }
 
     /// One round's rays of every camera that doesn't rest, in `batches` independent parts.

@@ -11,13 +11,13 @@ use crate::flux::photometric;
 use crate::gather::bodies::direct_on_bodies;
 use crate::gather::density::Estimate;
 use crate::gather::direct::blockers::Blockers;
-use crate::gather::direct::{Asked, DirectLight, direct_light_for};
+use crate::gather::direct::{DirectLight, Request, direct_light_for};
 use crate::gather::parts::faint::FaintLight;
 use crate::gather::parts::{GroupRows, Site};
-use crate::gather::reach::{Points, Reach, Standing};
+use crate::gather::reach::{LightReach, Points, Standing};
 use crate::gather::receiver::Receiver;
 use crate::gather::smooth::{Smoother, WIDEST};
-use crate::gather::surroundings::{FAN, Surroundings};
+use crate::gather::visible::{RAYS, VisiblePolygon};
 use crate::gather::witness::Witness;
 use crate::random::Seed;
 use crate::scene::measured::Sample;
@@ -63,7 +63,7 @@ impl<const C: usize> Rendering<'_, C> {
                     has_value: vec![true; points],
                     standing: vec![Standing::Place; points],
                     areas: Vec::new(),
-                    surroundings: Vec::new(),
+                    visible: Vec::new(),
                     smoother: None,
                     receiver,
                 },
@@ -98,7 +98,7 @@ impl<const C: usize> Rendering<'_, C> {
                 let faint = this.settings.smooth && receiver.grid.is_some() && sampled && groups.is_none();
                 let (light, faint): (DirectLight<C>, _) = match receiver.bodies() {
                     [] => {
-                        let asked = Asked { groups, faint };
+                        let asked = Request { groups, faint };
                         let (light, faint) = direct_light_for(luminaires, receiver, &blockers, seed, advance, asked);
                         let seed = Seed(this.settings.seed).branch(PURPOSE_FAINT).branch(index as u64);
                         let faint = (!faint.is_empty()).then(|| FaintLight::new(faint, receiver.len(), seed));
@@ -127,7 +127,7 @@ impl<const C: usize> Rendering<'_, C> {
         let of_place = |place: &Place<C>| (0..place.len()).map(|point| lux(place, point)).fold(0.0, f64::max);
         let sliver = 1e-5 * places.iter().map(of_place).fold(0.0, f64::max);
         let is_lit = |place: usize, point: usize| lux(&places[place], point) > sliver;
-        let mut reach = Reach::new(self.scene, caster, Seed(0).branch(PURPOSE_REACH));
+        let mut reach = LightReach::new(self.scene, caster, Seed(0).branch(PURPOSE_REACH));
         let found = reach.standings(&points, is_lit);
         for (place, standing) in places.iter_mut().zip(found) {
             place.site.has_value = standing.iter().map(|standing| standing.is_place()).collect();
@@ -142,14 +142,12 @@ impl<const C: usize> Rendering<'_, C> {
         let helped = if rays.is_some() { self.settings.smooth } else { counts_sharp };
         self.timed("look around", places.len() as u64, |this| {
             this.find_standings(places, caster);
-            for Site { receiver, has_value, surroundings, smoother, .. } in
-                places.iter_mut().map(|place| &mut place.site)
-            {
+            for Site { receiver, has_value, visible, smoother, .. } in places.iter_mut().map(|place| &mut place.site) {
                 let has_discs = counts_sharp && !receiver.cells_count;
                 if receiver.is_plane() && (density == Some(Density::LocalLinear) || has_discs) {
                     let points = (0..receiver.len()).into_par_iter();
-                    *surroundings = points.map(|point| Surroundings::look(receiver, point, caster, radius)).collect();
-                    this.record.prepared_rays += (FAN * surroundings.len()) as u64;
+                    *visible = points.map(|point| VisiblePolygon::cast(receiver, point, caster, radius)).collect();
+                    this.record.prepared_rays += (RAYS * visible.len()) as u64;
                 }
                 if let (Some(grid), true) = (receiver.grid, helped) {
                     *smoother = Some(Smoother::new(receiver, grid, has_value, caster));

@@ -146,7 +146,7 @@ impl<'a, const C: usize> View<'a, C> {
                         stream: &mut stream,
                         rays: &mut rays,
                     };
-                    let seen = batch.eye.look(origin, direction, &mut draw);
+                    let seen = batch.eye.observe(origin, direction, &mut draw);
                     let Pixel { direct, indirect, luminance, albedo, normal, coverage, .. } = pixel;
                     (0..C).for_each(|c| luminance[c].add(seen.luminance[c]));
                     luminance_sum += photometric(seen.luminance);

@@ -1,7 +1,7 @@
 //! Every tree finds what brute force finds: distances, not indices, since photons at equal distance may be swapped.
 
 use luxmap::flux::Flux;
-use luxmap::photon_map::{Block, BlockVisitor, BruteForce, KdTree, Kiddo, NearestPhotons, Paper, PhotonMap};
+use luxmap::photon_map::{BlockVisitor, BruteForce, KdTree, Kiddo, NearestPhotons, Paper, PhotonBlock, PhotonMap};
 use luxmap::random::Seed;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -142,7 +142,7 @@ struct FluxWithin {
 }
 
 impl BlockVisitor<1> for FluxWithin {
-    fn visit(&mut self, block: &Block<'_, 1>) {
+    fn visit(&mut self, block: &PhotonBlock<'_, 1>) {
         let photons = block.distance_squared.iter().zip(block.flux[0]);
         let within = photons.filter(|&(&distance, _)| distance <= (self.radius * self.radius).min(f32::MAX));
         self.flux += within.map(|(_, flux)| f64::from(flux)).sum::<f64>();

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::emitter::{BodySource, Light, Source};
+use super::emitter::{BodySource, LightSource, OpeningLight};
 use crate::geometry::body::Body;
 
 /// A triangle in front of an opening's plane, or what of it lies there.
@@ -17,8 +17,8 @@ pub(super) struct Blocker {
     pub(super) pane: Option<u32>,
 }
 
-/// From where a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and from points
-/// on the body's side it is behind.
+/// From where a blocker hides a body. A plane keeps the two apart; it hides the body from points on its own side, and
+/// from points on the body's side it is behind.
 #[derive(Clone, Copy)]
 pub(super) enum Guard {
     /// From everywhere: it lies in front of a flat opening.
@@ -79,10 +79,10 @@ impl Blocker {
 
     /// Whether it is between `eye` and what it may hide.
     #[inline]
-    pub(super) fn is_before(&self, source: &Source, eye: DVec3) -> bool {
+    pub(super) fn is_before(&self, source: &LightSource, eye: DVec3) -> bool {
         match (self.guard, source) {
             (Guard::Own(side), _) => ((eye - self.corners[0]).dot(self.normal) > 0.0) == side,
-            (Guard::Facet(facet), Source::Body(body)) => body.body.is_above(facet, eye),
+            (Guard::Facet(facet), LightSource::Body(body)) => body.body.is_above(facet, eye),
             _ => true,
         }
     }
@@ -92,8 +92,8 @@ impl Blocker {
     }
 }
 
-impl Source {
-    pub(super) fn light(&self) -> Option<&Light> {
+impl LightSource {
+    pub(super) fn light(&self) -> Option<&OpeningLight> {
         match self {
             Self::Polygon(polygon) => Some(&polygon.light),
             Self::Body(body) => Some(&body.light),

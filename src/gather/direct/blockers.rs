@@ -1,8 +1,8 @@
 //! What may stand between points and an opening: all triangles that meet the shaft between the two.
 //!
 //! A shaft is the convex hull of two boxes, one around the points and one around the opening (Haines & Wallace 1994). A
-//! tree of boxes finds the triangles that reach into it. Unlike shadow rays, such a search misses nothing: where it finds
-//! no triangle, all of the opening is seen from every one of the points.
+//! tree of boxes finds the triangles that reach into it. Unlike shadow rays, such a search misses nothing: where it
+//! finds no triangle, all of the opening is seen from every one of the points.
 
 use glam::{DVec3, Vec3};
 
@@ -21,18 +21,19 @@ pub struct Blockers<'a> {
     pub caster: &'a RayCaster,
     /// Triangles in the order of the leaves.
     order: Vec<u32>,
-    /// A full binary tree: the children of box i are 2 i + 1 and 2 i + 2, and the boxes of the last level bound the leaves.
-    boxes: Vec<Bounds>,
+    /// A full binary tree: the children of box i are 2 i + 1 and 2 i + 2, and the boxes of the last level bound the
+    /// leaves.
+    boxes: Vec<AxisBox>,
 }
 
 /// A box along the axes, m.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub(super) struct AxisBox {
     pub(super) low: Vec3,
     pub(super) high: Vec3,
 }
 
-impl Bounds {
+impl AxisBox {
     const EMPTY: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     /// The smallest box around some points.
@@ -81,20 +82,20 @@ impl Bounds {
 /// The part of space where something can stand between the points of one box and the points of another.
 #[derive(Clone, Debug)]
 pub(super) struct Shaft {
-    whole: Bounds,
+    whole: AxisBox,
     /// Nothing in the shaft has n · x above the limit.
     planes: Vec<(DVec3, f64)>,
 }
 
 impl Shaft {
     /// The shaft between two boxes.
-    pub(super) fn between(a: &Bounds, b: &Bounds) -> Self {
+    pub(super) fn between(a: &AxisBox, b: &AxisBox) -> Self {
         let mut planes = Vec::with_capacity(14);
-        // Seen along each axis the hull of two rectangles has, besides sides of theirs, edges from a corner of one to the
-        // same corner of the other: where one reaches farther along one axis and the other along the other.
+        // Seen along each axis the hull of two rectangles has, besides sides of theirs, edges from a corner of one to
+        // the same corner of the other: where one reaches farther along one axis and the other along the other.
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             for (sign_i, sign_j) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-                let corner = |bounds: &Bounds, axis: usize, sign: f64| {
+                let corner = |bounds: &AxisBox, axis: usize, sign: f64| {
                     f64::from(if sign > 0.0 { bounds.high[axis] } else { bounds.low[axis] })
                 };
                 let at = [corner(a, i, sign_i), corner(a, j, sign_j)];
@@ -116,7 +117,7 @@ impl Shaft {
         self.planes.push((-normal, -height));
     }
 
-    fn meets_box(&self, bounds: &Bounds) -> bool {
+    fn meets_box(&self, bounds: &AxisBox) -> bool {
         bounds.low.cmple(self.whole.high).all()
             && self.whole.low.cmple(bounds.high).all()
             && self.planes.iter().all(|&(normal, limit)| bounds.along(normal)[0] <= limit)
@@ -142,11 +143,11 @@ impl<'a> Blockers<'a> {
         let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         let leaves = order.len().div_ceil(LEAF).next_power_of_two();
         sort(&mut order, &middles, leaves);
-        let mut boxes = vec![Bounds::EMPTY; 2 * leaves - 1];
+        let mut boxes = vec![AxisBox::EMPTY; 2 * leaves - 1];
         for leaf in 0..leaves {
             let triangles = &order[range(leaf, leaves, order.len())];
             let corners = triangles.iter().flat_map(|&triangle| mesh.triangles[triangle as usize]).map(corner);
-            boxes[leaves - 1 + leaf] = Bounds::around(corners);
+            boxes[leaves - 1 + leaf] = AxisBox::around(corners);
         }
         for parent in (0..leaves - 1).rev() {
             boxes[parent] = boxes[2 * parent + 1].with(boxes[2 * parent + 2]);
@@ -169,7 +170,7 @@ impl<'a> Blockers<'a> {
         self.caster.pane(material).map(|_| material)
     }
 
-    /// Hands `found` the triangles (and their numbers) that may reach into the shaft, until it says no.
+    /// Calls `found` with the triangles (and their numbers) that may reach into the shaft, until it returns false.
     pub(super) fn search(&self, shaft: &Shaft, mut found: impl FnMut(u32, [DVec3; 3]) -> bool) {
         let leaves = self.boxes.len().div_ceil(2);
         let mut open = [0_usize; 64];
@@ -218,7 +219,7 @@ fn sort_part(
         return;
     }
     let size = {
-        let bounds = Bounds::around(order.iter().map(|&triangle| middles[triangle as usize]));
+        let bounds = AxisBox::around(order.iter().map(|&triangle| middles[triangle as usize]));
         bounds.high - bounds.low
     };
     let axis = size.max_position();

@@ -1,15 +1,17 @@
-//! Luminaires as direct light takes them: points, flat polygons, bodies, and meshes too fine to be taken piece by piece.
+//! Luminaires as direct light takes them: points, flat polygons, bodies, and meshes too fine to be taken piece by
+//! piece.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use super::blockers::{Blockers, Bounds};
+use super::blockers::{AxisBox, Blockers};
 use super::polygon::{Pieces, lambert};
 use super::sample::MESH_STRATA;
-use super::web::{Parts, Shape, WebLight, most_towards};
+use super::web::{SeenShape, WebLight, WebParts, most_towards};
 use crate::embree::RayCaster;
 use crate::flux::{channels, photometric};
+use crate::gather::JUST_BEFORE;
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 use crate::luminaire::{Distribution, Luminaire, Opening};
@@ -18,14 +20,14 @@ use crate::random::Stream;
 use crate::units::luminance;
 
 /// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.
-pub(crate) const MOST_POLYGONS: usize = 256;
+pub(crate) const MAX_POLYGONS: usize = 256;
 /// Corners of the polygon that stands for a disc of the same area.
 const DISC_CORNERS: usize = 96;
 
 /// A piece of a luminaire that is treated as one.
-pub(super) struct Emitter<const C: usize> {
-    pub(super) source: Source,
-    pub(super) bounds: Bounds,
+pub(super) struct EmittingPiece<const C: usize> {
+    pub(super) source: LightSource,
+    pub(super) bounds: AxisBox,
     /// What one lux of it counts in each channel.
     pub(super) colour: [f64; C],
     /// Photometric value of the colour.
@@ -34,7 +36,7 @@ pub(super) struct Emitter<const C: usize> {
     pub(super) luminaire: u32,
 }
 
-impl<const C: usize> Emitter<C> {
+impl<const C: usize> EmittingPiece<C> {
     /// Illuminance in each channel of what arrives as so much red, green and blue light (lx) if it were white.
     pub(super) fn tinted(&self, lux: [f64; 3]) -> [f64; C] {
         if C == 1 {
@@ -44,7 +46,7 @@ impl<const C: usize> Emitter<C> {
     }
 }
 
-pub(super) enum Source {
+pub(super) enum LightSource {
     Point(PointSource),
     Polygon(Polygon),
     Body(BodySource),
@@ -62,7 +64,7 @@ pub(super) struct PointSource {
 }
 
 /// How an opening is bright.
-pub(super) enum Light {
+pub(super) enum OpeningLight {
     /// The same luminance towards all directions, cd/m².
     Lambertian(f64),
     Web(WebLight),
@@ -73,7 +75,7 @@ pub(super) struct Polygon {
     /// Counter-clockwise, seen from where light goes.
     pub(super) corners: Vec<DVec3>,
     pub(super) normal: DVec3,
-    pub(super) light: Light,
+    pub(super) light: OpeningLight,
     pub(super) front: Front,
     /// m².
     pub(super) area: f64,
@@ -84,7 +86,7 @@ pub(super) struct Polygon {
 /// A convex body.
 pub(super) struct BodySource {
     pub(super) body: Body,
-    pub(super) light: Light,
+    pub(super) light: OpeningLight,
     /// Its triangles in the scene's mesh.
     pub(super) own: Range<u32>,
 }
@@ -97,13 +99,13 @@ pub(super) struct MeshSource {
 }
 
 struct Facet {
-    bounds: Bounds,
+    bounds: AxisBox,
     normal: DVec3,
     height: f64,
     area: f64,
 }
 
-pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<C>> {
+pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<EmittingPiece<C>> {
     luminaires
         .iter()
         .enumerate()
@@ -111,35 +113,24 @@ pub(super) fn emitters<const C: usize>(luminaires: &[Luminaire]) -> Vec<Emitter<
             let colour = channels::<C>(luminaire.colour);
             sources(luminaire).into_iter().map(move |source| {
                 let bounds = match &source {
-                    Source::Point(point) => Bounds::around_exact([point.position]),
-                    Source::Polygon(polygon) => Bounds::around_exact(polygon.corners.iter().copied()),
-                    Source::Body(body) => Bounds::around_exact(body.body.bounds()),
-                    Source::Mesh(mesh) => {
-                        Bounds::around(mesh.triangles.iter().flat_map(|f| [f.bounds.low, f.bounds.high]))
+                    LightSource::Point(point) => AxisBox::around_exact([point.position]),
+                    LightSource::Polygon(polygon) => AxisBox::around_exact(polygon.corners.iter().copied()),
+                    LightSource::Body(body) => AxisBox::around_exact(body.body.bounds()),
+                    LightSource::Mesh(mesh) => {
+                        AxisBox::around(mesh.triangles.iter().flat_map(|f| [f.bounds.low, f.bounds.high]))
                     }
                 };
-                Emitter { source, bounds, colour, brightness: photometric(colour), luminaire: number as u32 }
+                EmittingPiece { source, bounds, colour, brightness: photometric(colour), luminaire: number as u32 }
             })
         })
         .collect()
 }
 
-fn sources(luminaire: &Luminaire) -> Vec<Source> {
+/// The pieces of a luminaire that are each treated as one.
+fn sources(luminaire: &Luminaire) -> Vec<LightSource> {
     let flux = luminaire.flux.0;
-    let flat = |corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening| {
-        let light = Light::Lambertian(flux / (PI * whole));
-        Source::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
-    };
     match &luminaire.opening {
-        &Opening::Point { position, aim } => {
-            let intensity = match &luminaire.distribution {
-                Distribution::Isotropic => flux / (4.0 * PI),
-                Distribution::Lambertian => flux / PI,
-                Distribution::Measured(_) => 0.0,
-            };
-            let distribution = luminaire.distribution.clone();
-            vec![Source::Point(PointSource { position, aim, flux, intensity, distribution })]
-        }
+        &Opening::Point { position, aim } => vec![LightSource::Point(point_source(luminaire, position, aim))],
         opening @ &Opening::Rectangle { centre, half_width, half_depth } => {
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(a, b)| centre + half_width * a + half_depth * b)
@@ -149,7 +140,7 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
             let cross = half_width.cross(half_depth);
-            vec![flat(corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
+            vec![lambertian(flux, corners, cross.normalize(), [4.0 * cross.length(); 2], opening.clone())]
         }
         opening @ &Opening::Disc { centre, aim, radius } => {
             let (x, y) = aim.any_orthonormal_pair();
@@ -159,7 +150,7 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 let turned = Opening::Disc { centre, aim: -aim, radius };
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
-            vec![flat(corners, aim, [PI * radius * radius; 2], opening.clone())]
+            vec![lambertian(flux, corners, aim, [PI * radius * radius; 2], opening.clone())]
         }
         opening @ &Opening::Ellipse { centre, half_width, half_depth } => {
             let corners = rim(centre, half_width, half_depth, 1.0);
@@ -168,49 +159,71 @@ fn sources(luminaire: &Luminaire) -> Vec<Source> {
                 return both_sides(measured, flux, corners, [opening, &turned]);
             }
             let cross = half_width.cross(half_depth);
-            vec![flat(corners, cross.normalize(), [PI * cross.length(); 2], opening.clone())]
+            vec![lambertian(flux, corners, cross.normalize(), [PI * cross.length(); 2], opening.clone())]
         }
-        &Opening::Body(body) => {
-            let light = match luminaire.measured() {
-                Some(measured) => {
-                    let most = flux * measured.web().most();
-                    Light::Web(WebLight::new(measured, flux, most, Shape::Body(body)))
-                }
-                None => Light::Lambertian(flux / (PI * body.surface())),
-            };
-            let own = match luminaire.body.as_slice() {
-                [first, .., last] => *first..last + 1,
-                _ => 0..0,
-            };
-            vec![Source::Body(BodySource { body, light, own })]
-        }
-        opening @ Opening::Triangles(triangles) => {
-            let whole: f64 = triangles.iter().map(triangle_area).sum();
-            let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
-            if triangles.len() > MOST_POLYGONS {
-                let facet = |triangle: &[DVec3; 3]| Facet {
-                    bounds: Bounds::around_exact(*triangle),
-                    normal: facing(triangle),
-                    height: facing(triangle).dot(triangle[0]),
-                    area: triangle_area(triangle),
-                };
-                let triangles = triangles.iter().map(facet).collect();
-                return vec![Source::Mesh(MeshSource {
-                    triangles,
-                    luminance: flux / (PI * whole),
-                    front: Front::new(opening),
-                })];
-            }
-            triangles
-                .iter()
-                .filter(|triangle| triangle_area(triangle) > 0.0)
-                .map(|triangle| {
-                    let areas = [triangle_area(triangle), whole];
-                    flat(triangle.to_vec(), facing(triangle), areas, Opening::Triangles(vec![*triangle]))
-                })
-                .collect()
-        }
+        &Opening::Body(body) => vec![LightSource::Body(body_source(luminaire, body))],
+        opening @ Opening::Triangles(triangles) => mesh_sources(flux, opening, triangles),
     }
+}
+
+/// A luminaire without extent.
+fn point_source(luminaire: &Luminaire, position: DVec3, aim: DVec3) -> PointSource {
+    let flux = luminaire.flux.0;
+    let intensity = match &luminaire.distribution {
+        Distribution::Isotropic => flux / (4.0 * PI),
+        Distribution::Lambertian => flux / PI,
+        Distribution::Measured(_) => 0.0,
+    };
+    PointSource { position, aim, flux, intensity, distribution: luminaire.distribution.clone() }
+}
+
+/// A luminaire that is a convex body.
+fn body_source(luminaire: &Luminaire, body: Body) -> BodySource {
+    let flux = luminaire.flux.0;
+    let light = match luminaire.measured() {
+        Some(measured) => {
+            let most = flux * measured.web().most();
+            OpeningLight::Web(WebLight::new(measured, flux, most, SeenShape::Body(body)))
+        }
+        None => OpeningLight::Lambertian(flux / (PI * body.surface())),
+    };
+    let own = match luminaire.body.as_slice() {
+        [first, .., last] => *first..last + 1,
+        _ => 0..0,
+    };
+    BodySource { body, light, own }
+}
+
+/// A flat Lambertian opening of some area, m²; `flux` (lm) is that of the luminaire, `whole` the area of all its
+/// pieces.
+fn lambertian(flux: f64, corners: Vec<DVec3>, normal: DVec3, [area, whole]: [f64; 2], opening: Opening) -> LightSource {
+    let light = OpeningLight::Lambertian(flux / (PI * whole));
+    LightSource::Polygon(Polygon { corners, normal, light, front: Front::new(&opening), area, edge_on: false })
+}
+
+/// A luminaire of triangles: each by itself, or all as one mesh if they are many.
+fn mesh_sources(flux: f64, opening: &Opening, triangles: &[[DVec3; 3]]) -> Vec<LightSource> {
+    let whole: f64 = triangles.iter().map(triangle_area).sum();
+    let facing = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+    if triangles.len() > MAX_POLYGONS {
+        let facet = |triangle: &[DVec3; 3]| Facet {
+            bounds: AxisBox::around_exact(*triangle),
+            normal: facing(triangle),
+            height: facing(triangle).dot(triangle[0]),
+            area: triangle_area(triangle),
+        };
+        let triangles = triangles.iter().map(facet).collect();
+        let (luminance, front) = (flux / (PI * whole), Front::new(opening));
+        return vec![LightSource::Mesh(MeshSource { triangles, luminance, front })];
+    }
+    triangles
+        .iter()
+        .filter(|triangle| triangle_area(triangle) > 0.0)
+        .map(|triangle| {
+            let areas = [triangle_area(triangle), whole];
+            lambertian(flux, triangle.to_vec(), facing(triangle), areas, Opening::Triangles(vec![*triangle]))
+        })
+        .collect()
 }
 
 /// Corners of a polygon that has the area of the ellipse with these half axes times `radius`.
@@ -226,25 +239,25 @@ fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3, radius: f64) -> Vec<
 }
 
 /// A flat opening as measured: its front, and its back where light leaves there; `openings` tell both.
-fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&Opening; 2]) -> Vec<Source> {
+fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&Opening; 2]) -> Vec<LightSource> {
     let mut turned = corners.clone();
     turned.reverse();
     let sides = [corners, turned].into_iter().zip(openings).enumerate();
     let side = |(index, (corners, opening)): (usize, (Vec<DVec3>, &Opening))| {
         let (area, normal) = opening.flat()?;
         let most = flux * measured.web().most_towards(measured.local(normal));
-        let light = Light::Web(WebLight::new(measured, flux, most, Shape::flat(area, normal)));
+        let light = OpeningLight::Web(WebLight::new(measured, flux, most, SeenShape::flat(area, normal)));
         let front = Front::new(opening);
         let polygon = Polygon { corners, normal, light, front, area, edge_on: index == 0 };
-        (most > 0.0).then_some(Source::Polygon(polygon))
+        (most > 0.0).then_some(LightSource::Polygon(polygon))
     };
     sides.filter_map(side).collect()
 }
 
-impl Light {
-    /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon; `whole` is
-    /// what all of it brings, or 0 where that is what is asked for.
-    pub(super) fn sum(&self, pieces: &Pieces, up: DVec3, whole: f64, parts: &mut Parts) -> f64 {
+impl OpeningLight {
+    /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon;
+    /// `whole` is what all of it brings, or 0 where that is what is asked for.
+    pub(super) fn sum(&self, pieces: &Pieces, up: DVec3, whole: f64, parts: &mut WebParts) -> f64 {
         match self {
             Self::Lambertian(luminance) => {
                 luminance * pieces.iter().map(|piece| lambert(piece, up)).sum::<f64>().max(0.0)
@@ -254,7 +267,7 @@ impl Light {
     }
 
     /// The same for one piece that is all of it.
-    pub(super) fn whole(&self, piece: &[DVec3], up: DVec3, parts: &mut Parts) -> f64 {
+    pub(super) fn whole(&self, piece: &[DVec3], up: DVec3, parts: &mut WebParts) -> f64 {
         match self {
             Self::Lambertian(luminance) => luminance * lambert(piece, up).max(0.0),
             Self::Web(web) => web.sum(std::iter::once(piece), up, 0.0, parts),
@@ -266,15 +279,15 @@ impl BodySource {
     /// What the body, which is in a box, brings at most, lx, to points of another that see it under a cosine of at most
     /// `cosine`.
     ///
-    /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen, and
-    /// E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε at most,
-    /// so the area seen by ε S/2.
-    fn most(&self, bounds: &Bounds, points: &Bounds, cosine: f64) -> f64 {
+    /// Of luminance L it brings E ≤ πL, and E ≤ L cos S/d², S its surface. Measured, L ≤ I/A, A the smallest area seen,
+    /// and E ≤ I cos/d² if all of it were seen in one direction; directions differ by ε ≤ r/d, which changes n · d by ε
+    /// at most, so the area seen by ε S/2.
+    fn most(&self, bounds: &AxisBox, points: &AxisBox, cosine: f64) -> f64 {
         let distance = bounds.distance(points);
         let per_square = cosine / (distance * distance);
         match &self.light {
-            Light::Lambertian(luminance) => luminance * (self.body.surface() * per_square).min(PI),
-            Light::Web(web) => {
+            OpeningLight::Lambertian(luminance) => luminance * (self.body.surface() * per_square).min(PI),
+            OpeningLight::Web(web) => {
                 let least = self.body.least_projected_area();
                 let spread = 0.5 * self.body.surface() * self.body.radius() / distance;
                 let whole = if spread < least { (least + spread) / (least - spread) } else { f64::INFINITY };
@@ -284,11 +297,11 @@ impl BodySource {
     }
 }
 
-impl<const C: usize> Emitter<C> {
+impl<const C: usize> EmittingPiece<C> {
     /// What the emitter brings to any point of a box at most if nothing is in the way, lx; `up` is the points' normal.
-    pub(super) fn most(&self, points: &Bounds, up: DVec3) -> f64 {
+    pub(super) fn most(&self, points: &AxisBox, up: DVec3) -> f64 {
         let lux = match &self.source {
-            Source::Point(point) => {
+            LightSource::Point(point) => {
                 let aim = (point.distribution == Distribution::Lambertian)
                     .then(|| (point.aim, point.aim.dot(point.position)));
                 let candela = match &point.distribution {
@@ -297,23 +310,23 @@ impl<const C: usize> Emitter<C> {
                 };
                 times(candela, most_per_area(&self.bounds, aim, points, up))
             }
-            Source::Polygon(polygon) => {
+            LightSource::Polygon(polygon) => {
                 let plane = (polygon.normal, polygon.normal.dot(polygon.corners[0]));
                 match &polygon.light {
-                    Light::Lambertian(luminance) => {
+                    OpeningLight::Lambertian(luminance) => {
                         luminance * (polygon.area * most_per_area(&self.bounds, Some(plane), points, up)).min(PI)
                     }
-                    Light::Web(_) if points.along(plane.0)[1] < plane.1 => 0.0,
-                    Light::Web(web) => {
+                    OpeningLight::Web(_) if points.along(plane.0)[1] < plane.1 => 0.0,
+                    OpeningLight::Web(web) => {
                         times(web.most(&self.bounds, points), most_per_area(&self.bounds, None, points, up))
                     }
                 }
             }
-            Source::Body(body) => {
+            LightSource::Body(body) => {
                 let cosine = cosine_above(&self.bounds, points, up);
                 if cosine > 0.0 { body.most(&self.bounds, points, cosine) } else { 0.0 }
             }
-            Source::Mesh(mesh) => {
+            LightSource::Mesh(mesh) => {
                 mesh.luminance * mesh.triangles.iter().map(|facet| facet.most(points, up)).sum::<f64>()
             }
         };
@@ -323,7 +336,7 @@ impl<const C: usize> Emitter<C> {
     /// Height n · x of a flat opening's plane.
     pub(super) fn height(&self, normal: DVec3) -> f64 {
         match &self.source {
-            Source::Polygon(polygon) => polygon.corners[0].dot(normal),
+            LightSource::Polygon(polygon) => polygon.corners[0].dot(normal),
             _ => 0.0,
         }
     }
@@ -340,14 +353,14 @@ fn times(candela: f64, per_square: f64) -> f64 {
 }
 
 /// The largest cosine with `up` under which points of one box can see points of another.
-fn cosine_above(shining: &Bounds, points: &Bounds, up: DVec3) -> f64 {
+fn cosine_above(shining: &AxisBox, points: &AxisBox, up: DVec3) -> f64 {
     let above = shining.along(up)[1] - points.along(up)[0];
     if above <= 0.0 { 0.0 } else { (above / shining.distance(points)).min(1.0) }
 }
 
-/// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is the
-/// shining side's normal and height, if it has any.
-fn most_per_area(shining: &Bounds, plane: Option<(DVec3, f64)>, points: &Bounds, up: DVec3) -> f64 {
+/// The most that cos θ cos θ' / d² can be between a box of points facing `up` and a box that shines, 1/m²; `plane` is
+/// the shining side's normal and height, if it has any.
+fn most_per_area(shining: &AxisBox, plane: Option<(DVec3, f64)>, points: &AxisBox, up: DVec3) -> f64 {
     let distance = shining.distance(points);
     let cosine = |height: f64| (height / distance).clamp(0.0, 1.0); // NaN for 0/0 only, and then the height is 0
     let above = shining.along(up)[1] - points.along(up)[0];
@@ -360,7 +373,7 @@ fn most_per_area(shining: &Bounds, plane: Option<(DVec3, f64)>, points: &Bounds,
 
 impl Facet {
     /// Projected solid angle at most, sr.
-    fn most(&self, points: &Bounds, up: DVec3) -> f64 {
+    fn most(&self, points: &AxisBox, up: DVec3) -> f64 {
         (self.area * most_per_area(&self.bounds, Some((self.normal, self.height)), points, up)).min(PI)
     }
 }
@@ -384,14 +397,14 @@ impl PointSource {
     pub(super) fn passed(&self, start: DVec3, caster: &RayCaster) -> [f64; 3] {
         let to = self.position - start;
         let distance = to.length();
-        let reach = (distance * (1.0 - 1e-5)) as f32; // short of what the luminaire may be mounted on
+        let reach = (distance * JUST_BEFORE) as f32;
         caster.transmittance(start.as_vec3(), (to / distance).as_vec3(), reach).map(f64::from)
     }
 }
 
 impl MeshSource {
     /// Running sum of what each triangle can bring to some points at most; false if none can bring anything.
-    pub(super) fn shares(&self, points: &Bounds, up: DVec3, shares: &mut Vec<f64>) -> bool {
+    pub(super) fn shares(&self, points: &AxisBox, up: DVec3, shares: &mut Vec<f64>) -> bool {
         let mut sum = 0.0;
         shares.extend(self.triangles.iter().map(|facet| {
             sum += facet.most(points, up);
@@ -400,8 +413,8 @@ impl MeshSource {
         sum > 0.0
     }
 
-    /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of samples
-    /// spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
+    /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of
+    /// samples spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
     pub(super) fn sample(
         &self,
         start: Vec3,

@@ -1,65 +1,50 @@
 //! Direct light: Lambert's formula, or a sum over measured intensities, for what is seen of each opening.
 //!
-//! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there: a
-//! search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
-//! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled, and
-//! nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast (`web`).
-//! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far luminaires that
-//! hardly matter.
+//! What a Lambertian polygon sends to a point is known exactly, and so is what a flat triangle hides of it from there:
+//! a search finds all triangles that may stand between a block of points and an opening ([`blockers`]), each point cuts
+//! their shadows out of the opening, and the formula adds up the pieces left over ([`polygon`]). Nothing is sampled,
+//! and nothing missed. Measured luminaires have no formula, but their sum over the same pieces converges fast (`web`).
+//! Shadow rays take over, with a variance, only where finely tessellated things stand in the way, and for far
+//! luminaires that hardly matter.
 //!
-//! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives with the
-//! photons. Panes let their share of the light pass straight (`panes`).
+//! Every surface hides what lies behind it, solids of glass too: what they refract or what comes by mirrors arrives
+//! with the photons. Panes let their share of the light pass straight (`panes`).
 
 mod blocker;
 pub mod blockers;
+mod blocks;
 pub(crate) mod emitter;
 pub mod faint;
 mod panes;
 pub mod polygon;
 mod sample;
 mod view;
+mod visit;
 mod web;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::blocker::Blocker;
-use self::blockers::{Blockers, Bounds, Shaft};
-use self::emitter::{Emitter, Light, Source, emitters};
-use self::faint::{FAINT, Faint, MOST_BLOCKERS_IF_STRONG};
-use self::panes::Shaded;
-use self::sample::Target;
-use self::view::View;
+use self::blockers::{AxisBox, Blockers, Shaft};
+use self::blocks::PointBlock;
+use self::emitter::{EmittingPiece, LightSource, emitters};
+use self::faint::{FAINT, Faint, MAX_BLOCKERS_IF_STRONG};
+use self::view::OpeningView;
+use self::visit::Visit;
+pub(super) use self::web::FLATTEST;
 use super::receiver::Receiver;
 use crate::flux::photometric;
 use crate::luminaire::{LightGroups, Luminaire};
 use crate::random::Seed;
 
 /// Luminaires that together can add no more than this part of a point's direct light are left out there.
-pub const MOST_LEFT_OUT: f64 = 1e-4;
-/// Sides of a block of grid points, and of its parts: the largest that is no wider than 1.5 times the height of the lowest
-/// luminaire above the plane, so that bounds on what luminaires can bring are near the truth.
-const BLOCKS: [(usize, usize); 3] = [(16, 4), (8, 4), (4, 2)];
-/// Points of a surface in a block, and in its parts: neighbours by how their triangle was halved.
-const RUN: usize = 16;
-const RUN_PART: usize = 4;
+pub const MAX_LEFT_OUT: f64 = 1e-4;
 /// Above this many triangles in the way of a part, points search on their own; above it for a point, rays sample.
-const MOST_BLOCKERS: usize = 192;
+const MAX_BLOCKERS: usize = 192;
 /// Cuts for one point and opening before rays take over.
-const MOST_CUTS: usize = 600;
-/// Where an opening can bring no more than this part of a point's light and more than `MOST_BLOCKERS_IF_WEAK` triangles
-/// are in its way, a single ray decides; but not where such rays would make a standard deviation above `MOST_GLIMPSED` of
-/// the point's light in all.
-const WEAK: f64 = 3e-4;
-const MOST_BLOCKERS_IF_WEAK: usize = 8;
-const MOST_GLIMPSED: f64 = 1e-3;
-/// Rays that try to prove that nothing is seen of an opening before a point searches on its own, and triangles kept from
-/// such proofs for the next points.
-const PROBES: u32 = 6;
-const MOST_SUSPECTS: usize = 12;
-
+const MAX_CUTS: usize = 600;
 /// Direct light at the points of a receiver.
 #[derive(Clone, Debug)]
 pub struct DirectLight<const C: usize> {
@@ -67,7 +52,7 @@ pub struct DirectLight<const C: usize> {
     pub value: Vec<[f64; C]>,
     /// Variance of the photometric E of each point, lx²: what shadow rays sampled, 0 where all was cut exactly.
     pub variance: Vec<f64>,
-    /// What the luminaires left out at each point can add at most, lx: ≤ [`MOST_LEFT_OUT`] · E.
+    /// What the luminaires left out at each point can add at most, lx: ≤ [`MAX_LEFT_OUT`] · E.
     pub left_out: Vec<f64>,
     /// Shadow rays cast.
     pub rays: u64,
@@ -94,13 +79,14 @@ impl<const C: usize> DirectLight<C> {
     }
 }
 
-/// Direct illuminance of every point of `receiver` by all luminaires. `progress` hears one step a luminaire.
+/// Direct illuminance of every point of `receiver` by all luminaires. `progress` is called with steps that add up to
+/// one for each luminaire.
 ///
-/// Error: that of the points' coordinates (single precision, and some 1e-6 of the scene's size off surfaces) where fewer than
-/// 192 triangles are in the way of a flat opening. What is sampled instead is in [`DirectLight::variance`]: openings behind
-/// more triangles, emitting meshes of more than 256 triangles, and luminaires that matter little (at most 0.1 % of E, one
-/// standard deviation, together). On top, E is too low by [`DirectLight::left_out`] at most.
-/// Cost for a point and luminaire, measured in the seed office: 0.4 µs on the floor under desks, 0.1 µs at 0.75 m.
+/// Error: that of the points' coordinates (single precision, and some 1e-6 of the scene's size off surfaces) where
+/// fewer than 192 triangles are in the way of a flat opening. What is sampled instead is in [`DirectLight::variance`]:
+/// openings behind more triangles, emitting meshes of more than 256 triangles, and luminaires that matter little (at
+/// most 0.1 % of E, one standard deviation, together). On top, E is too low by [`DirectLight::left_out`] at most. Cost
+/// for a point and luminaire, measured in the seed office: 0.4 µs on the floor under desks, 0.1 µs at 0.75 m.
 pub fn direct_light<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
@@ -108,29 +94,29 @@ pub fn direct_light<const C: usize>(
     seed: Seed,
     progress: impl Fn(u64) + Sync,
 ) -> DirectLight<C> {
-    direct_light_for(luminaires, receiver, blockers, seed, progress, Asked::default()).0
+    direct_light_for(luminaires, receiver, blockers, seed, progress, Request::default()).0
 }
 
-/// What is asked for beside the light of all.
+/// What is wanted besides the light of all luminaires together.
 #[derive(Clone, Copy, Default)]
-pub struct Asked<'a> {
+pub struct Request<'a> {
     /// The part of each of these light groups: some ns a point and luminaire more.
     pub groups: Option<&'a LightGroups>,
-    /// That luminaires that are faint where much stands in their way are told instead of summed up.
+    /// Luminaires that are faint where much stands in their way are returned as [`Faint`] instead of summed up.
     pub faint: bool,
 }
 
-/// The same, and what else is asked for: the light lacks that of the faint luminaires told.
+/// The same, and what else `request` wants: the light lacks that of the faint luminaires returned.
 pub fn direct_light_for<const C: usize>(
     luminaires: &[Luminaire],
     receiver: &Receiver,
     blockers: &Blockers<'_>,
     seed: Seed,
     progress: impl Fn(u64) + Sync,
-    asked: Asked<'_>,
+    asked: Request<'_>,
 ) -> (DirectLight<C>, Faint<C>) {
     let emitters = emitters::<C>(luminaires);
-    let Asked { groups, faint } = asked;
+    let Request { groups, faint } = asked;
     let gather = |up: Vec3| Gather { receiver, up: up.as_dvec3(), blockers, emitters: &emitters, seed, groups, faint };
     let (steps, done) = (luminaires.len() as u64, AtomicU64::new(0));
     let advance = |points: usize| {
@@ -141,7 +127,7 @@ pub fn direct_light_for<const C: usize>(
     let found: Vec<LitBlock<C>> = gather(receiver.normal)
         .blocks()
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, block| {
+        .map_init(DirectScratch::default, |scratch, block| {
             scratch.rays = 0;
             let gather = gather(receiver.normal_at(block.points[0]));
             let mut by_group = gather.rows(block.points.len());
@@ -188,10 +174,10 @@ pub fn direct_light_for<const C: usize>(
     (light, Faint { emitters, of_point, drawn })
 }
 
-/// What the points of a block have got.
+/// The light summed up at the points of a block.
 struct LitBlock<const C: usize> {
     points: Vec<usize>,
-    sums: Vec<Sum<C>>,
+    sums: Vec<PointSum<C>>,
     /// Rows of E and of variances by light group.
     by_group: [Vec<f32>; 2],
     /// Emitters that are left to rays, and the running sum of what they can bring at most, lx.
@@ -204,32 +190,9 @@ fn f64_to_f32(rows: Vec<f64>) -> Vec<f32> {
     rows.into_iter().map(|sum| sum as f32).collect()
 }
 
-/// Points that are close to each other.
-struct Block {
-    points: Vec<usize>,
-    /// Where each of its parts ends among the points.
-    ends: Vec<usize>,
-}
-
-impl Block {
-    /// Where the parts lie among the points.
-    fn parts(&self) -> impl Iterator<Item = Range<usize>> {
-        let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        starts.zip(&self.ends).map(|(start, &end)| start..end)
-    }
-}
-
-/// Ranges of columns and rows, cut into squares.
-fn squares([columns, rows]: [(usize, usize); 2], side: usize) -> impl Iterator<Item = [(usize, usize); 2]> {
-    let cut = move |(start, end): (usize, usize)| {
-        (start..end).step_by(side).map(move |start| (start, (start + side).min(end)))
-    };
-    cut(rows).flat_map(move |rows| cut(columns).map(move |columns| [columns, rows]))
-}
-
-/// What a point has got so far.
+/// The light summed up at a point so far.
 #[derive(Clone, Copy)]
-struct Sum<const C: usize> {
+struct PointSum<const C: usize> {
     value: [f64; C],
     variance: f64,
     /// Photometric value, lx.
@@ -241,10 +204,10 @@ struct Sum<const C: usize> {
     open: bool,
 }
 
-impl<const C: usize> Sum<C> {
-    /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of its
-    /// photometric value.
-    fn add(&mut self, emitter: &Emitter<C>, (lux, variance): ([f64; 3], f64)) {
+impl<const C: usize> PointSum<C> {
+    /// Adds what arrives of an emitter as so much red, green and blue light (lx) if it were white, and the variance of
+    /// its photometric value.
+    fn add(&mut self, emitter: &EmittingPiece<C>, (lux, variance): ([f64; 3], f64)) {
         let tinted = emitter.tinted(lux);
         (0..C).for_each(|c| self.value[c] += tinted[c]);
         self.lux += if lux == [lux[0]; 3] { lux[0] * emitter.brightness } else { photometric(tinted) };
@@ -252,14 +215,14 @@ impl<const C: usize> Sum<C> {
     }
 }
 
-/// Buffers that are used again and again.
+/// Memory reused from block to block.
 #[derive(Default)]
-struct Scratch {
+struct DirectScratch {
     block: Vec<Blocker>,
     part: Vec<Blocker>,
     point: Vec<Blocker>,
     suspects: Vec<Blocker>,
-    view: View,
+    view: OpeningView,
     shares: Vec<f64>,
     rays: u64,
 }
@@ -276,62 +239,13 @@ struct Gather<'a, const C: usize> {
     receiver: &'a Receiver,
     up: DVec3,
     blockers: &'a Blockers<'a>,
-    emitters: &'a [Emitter<C>],
+    emitters: &'a [EmittingPiece<C>],
     seed: Seed,
     groups: Option<&'a LightGroups>,
     faint: bool,
 }
 
 impl<const C: usize> Gather<'_, C> {
-    /// The grid in squares of points, each in smaller squares. Without a grid, points that follow one another and look
-    /// the same way, as samples of a triangle do; each sensor on its own.
-    fn blocks(&self) -> Vec<Block> {
-        let receiver = self.receiver;
-        let Some([columns, rows]) = receiver.grid else {
-            let most = if receiver.is_plane() { 1 } else { RUN };
-            let mut blocks: Vec<Block> = Vec::new();
-            for point in 0..receiver.len() {
-                match blocks.last_mut() {
-                    Some(Block { points, ends })
-                        if points.len() < most && receiver.normal_at(points[0]) == receiver.normal_at(point) =>
-                    {
-                        points.push(point);
-                        match ends.last_mut() {
-                            Some(end) if points.len() % RUN_PART != 1 => *end = points.len(),
-                            _ => ends.push(points.len()),
-                        }
-                    }
-                    _ => blocks.push(Block { points: vec![point], ends: vec![1] }),
-                }
-            }
-            return blocks;
-        };
-        let plane = receiver.origin.as_dvec3().dot(self.up);
-        let heights = self.emitters.iter().map(|emitter| emitter.bounds.along(self.up)[1] - plane);
-        let lowest = heights.filter(|height| *height > 0.0).fold(f64::INFINITY, f64::min);
-        let cell = match receiver.points.as_slice() {
-            [first, .., last] => {
-                let size = |axis: usize, count: usize| (last[axis] - first[axis]).abs() / count.max(2) as f32;
-                f64::from(size(0, columns).max(size(1, rows)))
-            }
-            _ => 0.0,
-        };
-        let fits = |side: usize| cell * side as f64 <= 1.5 * lowest;
-        let (block, part) = BLOCKS.into_iter().find(|(side, _)| fits(*side)).unwrap_or(BLOCKS[2]);
-        squares([(0, columns), (0, rows)], block)
-            .map(|ranges| {
-                let mut block = Block { points: Vec::with_capacity(block * block), ends: Vec::new() };
-                for [across, along] in squares(ranges, part) {
-                    for row in along.0..along.1 {
-                        block.points.extend((across.0..across.1).map(|column| row * columns + column));
-                    }
-                    block.ends.push(block.points.len());
-                }
-                block
-            })
-            .collect()
-    }
-
     /// Where shadows are cut from: just off the surface, as rays start.
     fn eye(&self, point: usize) -> DVec3 {
         self.receiver.start(point).as_dvec3()
@@ -342,20 +256,20 @@ impl<const C: usize> Gather<'_, C> {
         self.receiver.place(point)
     }
 
-    fn bounds(&self, points: &[usize]) -> Bounds {
-        Bounds::around(points.iter().map(|&point| self.receiver.start(point)))
-            .with(Bounds::around_exact(points.iter().map(|&point| self.place(point))))
+    fn bounds(&self, points: &[usize]) -> AxisBox {
+        AxisBox::around(points.iter().map(|&point| self.receiver.start(point)))
+            .with(AxisBox::around_exact(points.iter().map(|&point| self.place(point))))
     }
 
-    /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come first,
-    /// until those left over can't matter any more.
+    /// The light of all luminaires at the points of a block. The strongest (by what they could bring at most) come
+    /// first, until those left over can't matter any more.
     fn block(
         &self,
-        block: &Block,
+        block: &PointBlock,
         by_group: &mut [Vec<f64>; 2],
         faint: &mut Vec<(u32, f64)>,
-        scratch: &mut Scratch,
-    ) -> Vec<Sum<C>> {
+        scratch: &mut DirectScratch,
+    ) -> Vec<PointSum<C>> {
         let bounds = self.bounds(&block.points);
         let mut order: Vec<(f64, usize)> =
             self.emitters.iter().enumerate().map(|(i, emitter)| (emitter.most(&bounds, self.up), i)).collect();
@@ -364,11 +278,11 @@ impl<const C: usize> Gather<'_, C> {
         for i in (1..rest.len()).rev() {
             rest[i - 1] += rest[i];
         }
-        let none = Sum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
+        let none = PointSum { value: [0.0; C], variance: 0.0, lux: 0.0, left_out: 0.0, glimpsed: 0.0, open: true };
         let mut sums = vec![none; block.points.len()];
         let mut before = Vec::new();
         for ((most, emitter), rest) in order.into_iter().zip(rest) {
-            for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MOST_LEFT_OUT * sum.lux) {
+            for sum in sums.iter_mut().filter(|sum| sum.open && rest <= MAX_LEFT_OUT * sum.lux) {
                 (sum.left_out, sum.open) = (rest, false);
             }
             if !sums.iter().any(|sum| sum.open) {
@@ -382,7 +296,9 @@ impl<const C: usize> Gather<'_, C> {
                 before.clear();
                 before.extend(sums.iter().map(|sum| (sum.value, sum.variance)));
             }
-            self.add(emitter, most, block, &bounds, &mut sums, scratch);
+            let visit =
+                Visit { gather: self, number: emitter, emitter: &self.emitters[emitter], most, bounds: &bounds };
+            visit.add_to(block, &mut sums, scratch);
             if let Some(groups) = self.groups {
                 let group = groups.group(self.emitters[emitter].luminaire) as usize;
                 let [value, variance] = &mut *by_group;
@@ -399,17 +315,24 @@ impl<const C: usize> Gather<'_, C> {
     }
 
     /// Whether an emitter, which brings `most` lx at most, is left to rays at the points of a block.
-    fn is_faint(&self, emitter: usize, most: f64, bounds: &Bounds, sums: &[Sum<C>], scratch: &mut Scratch) -> bool {
+    fn is_faint(
+        &self,
+        emitter: usize,
+        most: f64,
+        bounds: &AxisBox,
+        sums: &[PointSum<C>],
+        scratch: &mut DirectScratch,
+    ) -> bool {
         let emitter = &self.emitters[emitter];
         let brightest = || sums.iter().fold(0.0_f64, |brightest, sum| brightest.max(sum.lux));
         self.faint
-            && matches!(emitter.source, Source::Polygon(_))
+            && matches!(emitter.source, LightSource::Polygon(_))
             && most > 0.0
             && most <= FAINT * brightest()
-            && self.search(emitter, bounds, MOST_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
+            && self.search(emitter, bounds, MAX_BLOCKERS_IF_STRONG, &mut scratch.block) == InTheWay::Many
     }
 
-    /// Rows of E and of variances by group for some points: none where nobody asks, no variances on a grid.
+    /// Rows of E and of variances by group for some points: none without light groups, no variances on a grid.
     fn rows(&self, points: usize) -> [Vec<f64>; 2] {
         let groups = self.groups.map_or([0; 2], |groups| {
             [groups.width::<C>(), if self.receiver.grid.is_some() { 0 } else { groups.len() }]
@@ -417,204 +340,7 @@ impl<const C: usize> Gather<'_, C> {
         groups.map(|width| vec![0.0; points * width])
     }
 
-    /// Adds the light of one emitter, `most` lx at most, to the points of a block that are open.
-    fn add(
-        &self,
-        number: usize,
-        most: f64,
-        block: &Block,
-        bounds: &Bounds,
-        sums: &mut [Sum<C>],
-        scratch: &mut Scratch,
-    ) {
-        let emitter = &self.emitters[number];
-        let seed = self.seed.branch(number as u64);
-        match &emitter.source {
-            Source::Mesh(mesh) => {
-                for range in block.parts() {
-                    let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
-                    scratch.shares.clear();
-                    if !sums.iter().any(|sum| sum.open)
-                        || !mesh.shares(&self.bounds(points), self.up, &mut scratch.shares)
-                    {
-                        continue;
-                    }
-                    for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                        let mut stream = seed.stream(point as u64);
-                        let start = self.receiver.start(point);
-                        let normal = self.up.as_vec3();
-                        sum.add(emitter, mesh.sample(start, normal, &scratch.shares, self.blockers, &mut stream));
-                        scratch.rays += 2 * u64::from(sample::MESH_STRATA);
-                    }
-                }
-            }
-            Source::Point(source) => {
-                let hidden = self.search(emitter, bounds, 1, &mut scratch.block) != InTheWay::Nothing;
-                for (&point, sum) in block.points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                    let lux = source.illuminance(self.place(point), self.up);
-                    if lux > 0.0 {
-                        let passed =
-                            if hidden { source.passed(self.eye(point), self.blockers.caster) } else { [1.0; 3] };
-                        sum.add(emitter, (passed.map(|passed| passed * lux), 0.0));
-                        scratch.rays += u64::from(hidden);
-                    }
-                }
-            }
-            Source::Polygon(_) | Source::Body(_) => self.add_opening(number, most, block, bounds, sums, scratch),
-        }
-    }
-
-    fn add_opening(
-        &self,
-        number: usize,
-        most: f64,
-        block: &Block,
-        bounds: &Bounds,
-        sums: &mut [Sum<C>],
-        scratch: &mut Scratch,
-    ) {
-        let emitter = &self.emitters[number];
-        let source = &emitter.source;
-        let Some(light) = source.light() else { return };
-        let Scratch { block: in_block, part: in_part, point: at_point, suspects, view, rays, .. } = scratch;
-        let is_weak = |sum: &Sum<C>| {
-            most <= WEAK * sum.lux && sum.glimpsed + sample::GLIMPSE * most * most <= (MOST_GLIMPSED * sum.lux).powi(2)
-        };
-        let matters = |sums: &[Sum<C>]| sums.iter().any(|sum| sum.open && !is_weak(sum));
-        let limit = if matters(sums) { MOST_BLOCKERS } else { MOST_BLOCKERS_IF_WEAK };
-        let for_block = self.search(emitter, bounds, limit, in_block);
-        for range in block.parts() {
-            let (points, sums) = (&block.points[range.clone()], &mut sums[range]);
-            if !sums.iter().any(|sum| sum.open) {
-                continue;
-            }
-            let mut for_part = match for_block {
-                InTheWay::Nothing => Some(InTheWay::Nothing),
-                InTheWay::Few => {
-                    let shaft = self.shaft(emitter, &self.bounds(points));
-                    in_part.clear();
-                    in_part.extend(in_block.iter().filter(|blocker| shaft.meets(blocker.corners())));
-                    Some(if in_part.is_empty() { InTheWay::Nothing } else { InTheWay::Few })
-                }
-                InTheWay::Many => None, // to be searched if a point needs to know
-            };
-            suspects.clear();
-            for (&point, sum) in points.iter().zip(sums).filter(|(_, sum)| sum.open) {
-                let eye = self.eye(point);
-                let lux = view.look(source, self.place(point), self.up);
-                if lux <= 0.0 {
-                    continue;
-                }
-                let weak = is_weak(sum);
-                if !weak && !matches!(for_part, Some(InTheWay::Nothing | InTheWay::Few)) {
-                    let (hidden, cast) = self.is_hidden(point, emitter, bounds, suspects, view);
-                    *rays += cast;
-                    if hidden {
-                        continue;
-                    }
-                    if for_part.is_none() {
-                        for_part = Some(self.search(emitter, &self.bounds(points), MOST_BLOCKERS, in_part));
-                    }
-                }
-                let (in_the_way, list) = match for_part.unwrap_or(InTheWay::Many) {
-                    InTheWay::Many if !weak => {
-                        (self.search(emitter, &self.bounds(&[point]), MOST_BLOCKERS, at_point), &*at_point)
-                    }
-                    other => (other, &*in_part),
-                };
-                let exact = match in_the_way {
-                    InTheWay::Nothing => Some([lux; 3]),
-                    InTheWay::Few if (!weak || list.len() <= MOST_BLOCKERS_IF_WEAK) && view.has_room() => {
-                        let touched = view.cut(list, source, eye);
-                        touched.map(|touched| if touched { self.lit(view, light, lux) } else { [lux; 3] })
-                    }
-                    InTheWay::Few | InTheWay::Many => None,
-                };
-                let light = exact.map_or_else(
-                    || {
-                        let mut stream = self.seed.branch(number as u64).stream(point as u64);
-                        let (start, caster) = (self.receiver.start(point), self.blockers.caster);
-                        let normal = self.up.as_vec3();
-                        let target = match source {
-                            Source::Body(body) => Target::body(body, &view.whole),
-                            Source::Polygon(polygon) => Target::Flat(polygon),
-                            Source::Point(_) | Source::Mesh(_) => return ([0.0; 3], 0.0),
-                        };
-                        let seen = if weak {
-                            sample::glimpse(&target, start, normal, caster, &mut stream)
-                        } else {
-                            sample::look(&target, start, normal, caster, &mut stream)
-                        };
-                        *rays += seen.rays;
-                        (seen.share.map(|share| lux * share), lux * lux * seen.variance)
-                    },
-                    |lux| (lux, 0.0),
-                );
-                let before = sum.variance;
-                sum.add(emitter, light);
-                if weak {
-                    sum.glimpsed += sum.variance - before;
-                }
-            }
-        }
-    }
-
-    /// Whether it can be shown that all of the opening looked at last is hidden: rays to what is still lit find triangles,
-    /// whose shadows are cut out, until nothing is lit or a ray gets through. And the rays that took.
-    fn is_hidden(
-        &self,
-        point: usize,
-        emitter: &Emitter<C>,
-        points: &Bounds,
-        suspects: &mut Vec<Blocker>,
-        view: &mut View,
-    ) -> (bool, u64) {
-        let source = &emitter.source;
-        let ahead = self.ahead(emitter, points);
-        let start = self.receiver.start(point);
-        let eye = start.as_dvec3();
-        // The opening is looked at from the point itself, which lies lower than where its rays start.
-        let lowered = self.place(point) - eye;
-        view.start();
-        for suspect in suspects.iter() {
-            view.hide(suspect, source, eye);
-        }
-        let mut found = Vec::new();
-        for cast in 0..u64::from(PROBES) {
-            let Some(piece) = view.lit.iter().next() else { return (true, cast) };
-            let to = piece.iter().sum::<DVec3>() / piece.len() as f64 + lowered;
-            let reach = match (source, ahead) {
-                // As far as just before the opening's plane.
-                (_, Some((normal, front))) => {
-                    let [here, there] = [eye.dot(normal), (eye + to).dot(normal)];
-                    to.length() * ((here - front) / (here - there)).clamp(0.0, 1.0)
-                }
-                (Source::Body(body), None) => body.body.entry(eye, to.normalize()).unwrap_or(0.0),
-                _ => 0.0,
-            };
-            let caster = self.blockers.caster;
-            let Some(hit) = caster.through_panes(start, to.normalize().as_vec3(), reach as f32).0 else {
-                return (false, cast + 1);
-            };
-            found.clear();
-            source.blockers(ahead, hit.triangle, self.blockers.corners(hit.triangle), &mut found);
-            let mut hides = false;
-            for blocker in &found {
-                if view.hide(blocker, source, eye) {
-                    hides = true;
-                    if suspects.len() < MOST_SUSPECTS {
-                        suspects.push(*blocker);
-                    }
-                }
-            }
-            if !hides {
-                return (false, cast + 1);
-            }
-        }
-        (view.lit.len() == 0, u64::from(PROBES))
-    }
-
-    fn shaft(&self, emitter: &Emitter<C>, points: &Bounds) -> Shaft {
+    fn shaft(&self, emitter: &EmittingPiece<C>, points: &AxisBox) -> Shaft {
         let mut shaft = Shaft::between(points, &emitter.bounds);
         shaft.in_front_of(self.up, points.along(self.up)[0]);
         if let Some((normal, front)) = self.ahead(emitter, points) {
@@ -624,32 +350,23 @@ impl<const C: usize> Gather<'_, C> {
     }
 
     /// The plane just in front of a flat opening.
-    fn ahead(&self, emitter: &Emitter<C>, points: &Bounds) -> Option<(DVec3, f64)> {
+    fn ahead(&self, emitter: &EmittingPiece<C>, points: &AxisBox) -> Option<(DVec3, f64)> {
         match &emitter.source {
-            Source::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
+            LightSource::Polygon(polygon) => Some((polygon.normal, self.front(emitter, polygon.normal, points))),
             _ => None,
         }
     }
 
     /// Height of the plane just in front of an opening: what lies behind it, the luminaire's own body for one, hides
     /// nothing.
-    fn front(&self, emitter: &Emitter<C>, normal: DVec3, points: &Bounds) -> f64 {
+    fn front(&self, emitter: &EmittingPiece<C>, normal: DVec3, points: &AxisBox) -> f64 {
         let largest = points.largest_coordinate().max(emitter.bounds.largest_coordinate());
         let step = self.blockers.caster.step_off(Vec3::ZERO, Vec3::X, largest).x;
         emitter.height(normal) + f64::from(step)
     }
 
-    /// Illuminance (lx) by what is still lit of the opening looked at last, through panes.
-    fn lit(&self, view: &mut View, light: &Light, whole: f64) -> [f64; 3] {
-        if view.panes.is_empty() {
-            return [light.sum(&view.lit, self.up, whole, &mut view.parts); 3];
-        }
-        let View { panes, lit, size, parts, .. } = view;
-        Shaded { panes, size: *size, light, up: self.up, caster: self.blockers.caster, whole, parts }.sum(lit)
-    }
-
     /// Finds what may stand between some points and an emitter, the largest first.
-    fn search(&self, emitter: &Emitter<C>, points: &Bounds, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
+    fn search(&self, emitter: &EmittingPiece<C>, points: &AxisBox, most: usize, found: &mut Vec<Blocker>) -> InTheWay {
         found.clear();
         let ahead = self.ahead(emitter, points);
         let shaft = self.shaft(emitter, points);

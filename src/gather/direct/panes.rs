@@ -3,16 +3,16 @@
 
 use glam::DVec3;
 
-use super::emitter::{Light, grey};
+use super::emitter::{OpeningLight, grey};
 use super::polygon::{Pieces, Shadow};
-use super::web::Parts;
+use super::web::WebParts;
 use crate::embree::RayCaster;
 
-/// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is left of
-/// the variation within it, taken by a rule of degree two, is some 10⁻⁴.
-const MOST_VARIATION: f64 = 0.004;
+/// A part is halved where the transmittance of its corners is farther than this from that of its middle: then what is
+/// left of the variation within it, taken by a rule of degree two, is some 10⁻⁴.
+const MAX_VARIATION: f64 = 0.004;
 /// Halvings of a part at most, which make it 2⁸ times as small.
-const MOST_HALVINGS: u32 = 8;
+const MAX_HALVINGS: u32 = 8;
 
 /// What a triangle of a pane covers, as seen from a point.
 pub(super) struct PaneShadow {
@@ -26,12 +26,12 @@ pub(super) struct Shaded<'a> {
     pub(super) panes: &'a [PaneShadow],
     /// Largest coordinate of the opening's corners.
     pub(super) size: f64,
-    pub(super) light: &'a Light,
+    pub(super) light: &'a OpeningLight,
     pub(super) up: DVec3,
     pub(super) caster: &'a RayCaster,
     /// What all of it brings without panes, lx.
     pub(super) whole: f64,
-    pub(super) parts: &'a mut Parts,
+    pub(super) parts: &'a mut WebParts,
 }
 
 impl Shaded<'_> {
@@ -67,7 +67,7 @@ impl Shaded<'_> {
             before.pop();
             return;
         }
-        self.add(part, before, MOST_HALVINGS, sum);
+        self.add(part, before, MAX_HALVINGS, sum);
     }
 
     /// Adds the light of a part that all of the panes `before` cover.
@@ -81,7 +81,7 @@ impl Shaded<'_> {
         }
         let middle = self.passed(part.iter().map(|corner| corner.normalize_or_zero()).sum(), before);
         let corners: Vec<[f64; 3]> = part.iter().map(|&corner| self.passed(corner, before)).collect();
-        let varies = corners.iter().any(|&corner| (grey(corner) - grey(middle)).abs() > MOST_VARIATION);
+        let varies = corners.iter().any(|&corner| (grey(corner) - grey(middle)).abs() > MAX_VARIATION);
         if varies && halvings > 0 {
             let (a, b) = farthest(part);
             pieces.push_halves(part, (a - b).normalize_or_zero(), 0.0);

@@ -1,17 +1,17 @@
 //! Flat openings seen from a point: Lambert's formula for what they send there, and shadows cut out of them.
 //!
-//! Corners are relative to the point. A shadow is a cone with its apex there, so all cuts are made by planes through the
-//! point, and nothing has to be projected.
+//! Corners are relative to the point. A shadow is a cone with its apex there, so all cuts are made by planes through
+//! the point, and nothing has to be projected.
 
 use glam::DVec3;
 
-/// Directions (in radians, about) closer than this to the plane of a cut count as on it. Rounding of corners that were cut
-/// before is some 1e-16 of their distance; what is lost or won by it is at most that part of the opening's light.
+/// Directions (in radians, about) closer than this to the plane of a cut count as on it. Rounding of corners that were
+/// cut before is some 1e-16 of their distance; what is lost or won by it is at most that part of the opening's light.
 const ON_PLANE: f64 = 1e-13;
 
-/// Illuminance per luminance at `point` with unit normal `normal` from a Lambertian polygon that is seen whole: Lambert's
-/// formula, ½ Σ βᵢ (n · γᵢ) over the edges, βᵢ the angle an edge subtends and γᵢ the unit normal of its plane with the
-/// point, after clipping at the point's horizon. Its unit is sr; times cd/m² it is lx.
+/// Illuminance per luminance at `point` with unit normal `normal` from a Lambertian polygon that is seen whole:
+/// Lambert's formula, ½ Σ βᵢ (n · γᵢ) over the edges, βᵢ the angle an edge subtends and γᵢ the unit normal of its plane
+/// with the point, after clipping at the point's horizon. Its unit is sr; times cd/m² it is lx.
 pub fn projected_solid_angle(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     let mut above = Vec::with_capacity(corners.len() + 2);
     above_horizon(corners, point, normal, &mut above);
@@ -37,7 +37,8 @@ pub(super) fn above_horizon(corners: &[DVec3], point: DVec3, normal: DVec3, abov
     }
 }
 
-/// Lambert's formula for a polygon above the horizon; positive if it runs clockwise as seen from the point at the origin.
+/// Lambert's formula for a polygon above the horizon; positive if it runs clockwise as seen from the point at the
+/// origin.
 pub(super) fn lambert(corners: &[DVec3], normal: DVec3) -> f64 {
     let Some(&last) = corners.last() else { return 0.0 };
     let mut before = last;

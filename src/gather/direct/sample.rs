@@ -1,20 +1,21 @@
-//! Shadow rays, where too many triangles are in the way of an opening to cut each shadow out of it, or it matters too little.
+//! Shadow rays, where too many triangles are in the way of an opening to cut each shadow out of it, or it matters too
+//! little.
 
 use glam::{DVec3, Vec3};
 
-use super::emitter::{BodySource, Light, Polygon, grey};
+use super::emitter::{BodySource, OpeningLight, Polygon, grey};
 use crate::embree::RayCaster;
 use crate::random::Stream;
 
-/// Strata along each side of an opening: of a first look with one ray each, and of a second with two each where the first
-/// saw a mixture.
+/// Strata along each side of an opening: of a first set with one ray each, and of a second with two each where the
+/// first saw some of it, not all.
 const FIRST: u32 = 4;
 const SECOND: u32 = 8;
 /// Strata of an emitting mesh for each point; two samples in each.
 pub(super) const MESH_STRATA: u32 = 64;
 
 /// What shadow rays saw of an opening.
-pub(super) struct Seen {
+pub(super) struct VisibleShare {
     /// Share of its red, green and blue light that arrives, and the variance of the photometric share.
     pub(super) share: [f64; 3],
     pub(super) variance: f64,
@@ -28,16 +29,17 @@ pub(super) const GLIMPSE: f64 = 0.25;
 pub(super) enum Target<'a> {
     /// On a flat opening.
     Flat(&'a Polygon),
-    /// On a body, which has an outline as seen from the point; towards unit vectors that are its corners and its middle.
+    /// On a body, which has an outline as seen from the point; towards unit vectors that are its corners and its
+    /// middle.
     Body { source: &'a BodySource, corners: Vec<DVec3>, middle: DVec3, shares: Vec<f64> },
 }
 
 /// A ray to an opening.
-pub(super) struct Aimed {
+pub(super) struct OpeningRay {
     pub(super) direction: Vec3,
     pub(super) distance: f32,
-    /// What the opening brings from there: of a Lambertian flat one per unit of luminance and area, of a measured flat one in
-    /// lx if all of it shone from there, else in any unit.
+    /// What the opening brings from there: of a Lambertian flat one per unit of luminance and area, of a measured flat
+    /// one in lx if all of it shone from there, else in any unit.
     pub(super) weight: f64,
 }
 
@@ -53,9 +55,9 @@ impl<'a> Target<'a> {
         Self::Body { source, shares: shares.collect(), corners, middle }
     }
 
-    /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the unit
-    /// square for equal areas of it, or of the triangles from the middle of an outline to its corners.
-    pub(super) fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> Aimed {
+    /// A ray from `start`, whose surface has the unit normal `normal`, to a point of the opening: equal areas of the
+    /// unit square for equal areas of it, or of the triangles from the middle of an outline to its corners.
+    pub(super) fn aim(&self, at: [f32; 2], start: Vec3, normal: Vec3, caster: &RayCaster) -> OpeningRay {
         match self {
             Self::Flat(polygon) => {
                 let (target, facing) = polygon.front.point_off(0.0, at, start, caster);
@@ -63,16 +65,16 @@ impl<'a> Target<'a> {
                 let distance = to.length();
                 let direction = to / distance;
                 let weight = match &polygon.light {
-                    Light::Lambertian(_) => {
+                    OpeningLight::Lambertian(_) => {
                         let weight = direction.dot(normal).max(0.0) * (-direction.dot(facing)).max(0.0);
                         f64::from(weight / (distance * distance))
                     }
-                    Light::Web(web) => {
+                    OpeningLight::Web(web) => {
                         let weight = direction.dot(normal).max(0.0) / (distance * distance);
                         f64::from(weight) * web.intensity(-direction.as_dvec3())
                     }
                 };
-                Aimed { direction, distance, weight }
+                OpeningRay { direction, distance, weight }
             }
             Self::Body { source, corners, middle, shares } => {
                 let whole = shares.last().copied().unwrap_or(0.0);
@@ -88,19 +90,19 @@ impl<'a> Target<'a> {
                 let reach = (source.body.centre - eye).length() + source.body.radius();
                 let distance = source.body.entry(eye, direction).unwrap_or(reach);
                 let luminance = match &source.light {
-                    Light::Lambertian(luminance) => *luminance,
-                    Light::Web(web) => web.luminance(-direction),
+                    OpeningLight::Lambertian(luminance) => *luminance,
+                    OpeningLight::Web(web) => web.luminance(-direction),
                 };
                 let solid_angle = a.cross(b).normalize_or_zero().dot(direction).abs() / to.length_squared();
                 let weight = luminance * direction.dot(normal.as_dvec3()).max(0.0) * solid_angle;
-                Aimed { direction: direction.as_vec3(), distance: distance as f32, weight }
+                OpeningRay { direction: direction.as_vec3(), distance: distance as f32, weight }
             }
         }
     }
 
-    /// Share of the light (red, green, blue) along a ray that passes what is in the way: panes, and the body itself, which is
-    /// not quite the solid it stands for.
-    fn passed(&self, ray: &Aimed, start: Vec3, caster: &RayCaster) -> [f64; 3] {
+    /// Share of the light (red, green, blue) along a ray that passes what is in the way: panes, and the body itself,
+    /// which is not quite the solid it stands for.
+    fn passed(&self, ray: &OpeningRay, start: Vec3, caster: &RayCaster) -> [f64; 3] {
         let passed = match self {
             Self::Flat(_) => caster.transmittance(start, ray.direction, ray.distance),
             Self::Body { source, .. } => match caster.through_panes(start, ray.direction, ray.distance) {
@@ -113,16 +115,29 @@ impl<'a> Target<'a> {
 }
 
 /// What one ray to anywhere on an opening tells of it.
-pub(super) fn glimpse(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
+pub(super) fn glimpse(
+    target: &Target<'_>,
+    start: Vec3,
+    normal: Vec3,
+    caster: &RayCaster,
+    stream: &mut Stream,
+) -> VisibleShare {
     let ray = target.aim(stream.uniform_pair(), start, normal, caster);
-    Seen { share: target.passed(&ray, start, caster), variance: GLIMPSE, rays: 1 }
+    VisibleShare { share: target.passed(&ray, start, caster), variance: GLIMPSE, rays: 1 }
 }
 
-/// What is visible of an opening.
+/// What rays to strata of an opening tell of it.
 ///
-/// Two rays in each stratum tell its variance without bias. Where a first look saw all of it or nothing, one stratum of n
-/// may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its square.
-pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayCaster, stream: &mut Stream) -> Seen {
+/// Two rays in each stratum tell its variance without bias. Where the first set saw all of it or nothing, one stratum
+/// of n may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its
+/// square.
+pub(super) fn stratified(
+    target: &Target<'_>,
+    start: Vec3,
+    normal: Vec3,
+    caster: &RayCaster,
+    stream: &mut Stream,
+) -> VisibleShare {
     let mut rays = 0;
     // Weight of a ray, and what of it gets through.
     let mut cast = |stratum: u32, side: u32| {
@@ -136,7 +151,7 @@ pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayC
         (ray.weight, target.passed(&ray, start, caster))
     };
     // A sliver above the horizon that no ray met: anything is possible.
-    let anything = |rays| Seen { share: [0.5; 3], variance: 0.25, rays };
+    let anything = |rays| VisibleShare { share: [0.5; 3], variance: 0.25, rays };
     let first: Vec<(f64, [f64; 3])> = (0..FIRST * FIRST).map(|stratum| cast(stratum, FIRST)).collect();
     let (whole, clear) = totals(&first);
     if whole <= 0.0 {
@@ -145,7 +160,7 @@ pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayC
     if clear == [0.0; 3] || clear == [whole; 3] {
         let strata = f64::from(FIRST * FIRST);
         let share = clear.map(|clear| clear / whole);
-        return Seen { share, variance: 4.0 / 27.0 / (strata * strata), rays };
+        return VisibleShare { share, variance: 4.0 / 27.0 / (strata * strata), rays };
     }
     let pairs: Vec<[(f64, [f64; 3]); 2]> =
         (0..SECOND * SECOND).map(|stratum| [cast(stratum, SECOND), cast(stratum, SECOND)]).collect();
@@ -157,7 +172,7 @@ pub(super) fn look(target: &Target<'_>, start: Vec3, normal: Vec3, caster: &RayC
     let off = |(weight, seen): (f64, [f64; 3])| weight * (grey(seen) - grey(share));
     let squares: f64 = pairs.iter().map(|&[a, b]| (off(a) - off(b)).powi(2)).sum();
     let strata = f64::from(SECOND * SECOND);
-    Seen { share, variance: (squares / (whole * whole)).max(1.0 / 16.0 / (strata * strata)), rays }
+    VisibleShare { share, variance: (squares / (whole * whole)).max(1.0 / 16.0 / (strata * strata)), rays }
 }
 
 /// Sum of the rays' weights, and of what gets through.

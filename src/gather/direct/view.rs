@@ -2,16 +2,16 @@
 
 use glam::DVec3;
 
-use super::MOST_CUTS;
+use super::MAX_CUTS;
 use super::blocker::Blocker;
-use super::emitter::{Light, Source};
+use super::emitter::{LightSource, OpeningLight};
 use super::panes::PaneShadow;
 use super::polygon::{Pieces, Shadow, above_horizon};
-use super::web::Parts;
+use super::web::WebParts;
 
 /// An opening as one point sees it.
 #[derive(Default)]
-pub(super) struct View {
+pub(super) struct OpeningView {
     /// Relative to the point, above its horizon.
     pub(super) whole: Vec<DVec3>,
     /// Inward normals of the planes through the point and the edges.
@@ -30,43 +30,43 @@ pub(super) struct View {
     pub(super) outline: Vec<DVec3>,
     /// Panes before the opening.
     pub(super) panes: Vec<PaneShadow>,
-    pub(super) parts: Parts,
+    pub(super) parts: WebParts,
 }
 
-impl View {
-    /// Looks at an opening from a point: the illuminance of all of it, lx.
-    pub(super) fn look(&mut self, source: &Source, eye: DVec3, up: DVec3) -> f64 {
+impl OpeningView {
+    /// Takes in an opening as a point sees it, and returns the illuminance by all of it, lx.
+    pub(super) fn observe(&mut self, source: &LightSource, eye: DVec3, up: DVec3) -> f64 {
         self.flat_on = f64::INFINITY;
         let light = match source {
-            Source::Polygon(polygon) => {
+            LightSource::Polygon(polygon) => {
                 let height = (eye - polygon.corners[0]).dot(polygon.normal);
                 if height < 0.0 || (height == 0.0 && !polygon.edge_on) {
                     return 0.0;
                 }
-                if let Light::Web(_) = polygon.light {
+                if let OpeningLight::Web(_) = polygon.light {
                     self.flat_on = height;
                 }
                 above_horizon(&polygon.corners, eye, up, &mut self.whole);
                 &polygon.light
             }
-            Source::Body(body) => {
+            LightSource::Body(body) => {
                 body.body.outline(eye, &mut self.outline);
                 above_horizon(&self.outline, DVec3::ZERO, up, &mut self.whole);
                 &body.light
             }
-            Source::Point(_) | Source::Mesh(_) => return 0.0,
+            LightSource::Point(_) | LightSource::Mesh(_) => return 0.0,
         };
         if self.whole.len() < 3 { 0.0 } else { light.whole(&self.whole, up, &mut self.parts) }
     }
 
-    /// Whether shadows can be cut out of the opening looked at last: seen edge on it has no room for them.
+    /// Whether shadows can be cut out of the opening observed last: seen edge on it has no room for them.
     pub(super) fn has_room(&self) -> bool {
         self.flat_on == f64::INFINITY
             || self.flat_on
                 > 1e-9 * self.whole.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()))
     }
 
-    /// Gets ready to cut shadows out of the opening looked at last.
+    /// Gets ready to cut shadows out of the opening observed last.
     pub(super) fn start(&mut self) {
         let Self { whole, edges, size, lit, cuts_done, touched, panes, .. } = self;
         edges.clear();
@@ -80,7 +80,7 @@ impl View {
     }
 
     /// Cuts out the shadow of one blocker, or remembers that of a pane; whether it falls on the opening.
-    pub(super) fn hide(&mut self, blocker: &Blocker, source: &Source, eye: DVec3) -> bool {
+    pub(super) fn hide(&mut self, blocker: &Blocker, source: &LightSource, eye: DVec3) -> bool {
         let Self { whole, edges, size, lit, next, cuts, cuts_done, touched, panes, .. } = self;
         if !blocker.is_before(source, eye) {
             return false;
@@ -109,16 +109,16 @@ impl View {
         true
     }
 
-    /// Cuts the shadows of some blockers out of the opening looked at last, and tells whether any falls on it; nothing if that
-    /// takes too many cuts.
-    pub(super) fn cut(&mut self, blockers: &[Blocker], source: &Source, eye: DVec3) -> Option<bool> {
+    /// Cuts the shadows of some blockers out of the opening observed last, and tells whether any falls on it; nothing
+    /// if that takes too many cuts.
+    pub(super) fn cut(&mut self, blockers: &[Blocker], source: &LightSource, eye: DVec3) -> Option<bool> {
         self.start();
         for blocker in blockers {
             self.hide(blocker, source, eye);
             if self.lit.len() == 0 {
                 return Some(true);
             }
-            if self.cuts_done > MOST_CUTS {
+            if self.cuts_done > MAX_CUTS {
                 return None;
             }
         }

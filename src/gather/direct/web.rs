@@ -1,35 +1,39 @@
-//! Measured luminaires seen from a point: luminance times projected solid angle, summed over what is seen of the opening.
+//! Measured luminaires seen from a point: luminance times projected solid angle, summed over what is seen of the
+//! opening.
 //!
-//! No formula gives this sum. It is taken over convex parts: of a flat opening itself, of a body its outline as seen from the
-//! point, since all of the body has one luminance towards one direction. Each part has five nodes: its centroid, and four
-//! that share its area, centroid and second moments, so that polynomials of degree two come out exactly. Where both answers
-//! differ too much, light falls off steeply across a skew part, or the part is wide, it is halved.
+//! No formula gives this sum. It is taken over convex parts: of a flat opening itself, of a body its outline as seen
+//! from the point, since all of the body has one luminance towards one direction. Each part has five nodes: its
+//! centroid, and four that share its area, centroid and second moments, so that polynomials of degree two come out
+//! exactly. Where both answers differ too much, light falls off steeply across a skew part, or the part is wide, it is
+//! halved.
 
 use glam::DVec3;
 
-use super::blockers::Bounds;
+use super::blockers::AxisBox;
 use super::polygon::{Pieces, lambert};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 
-/// The part of an opening's light by which a part's four nodes and its centroid may differ is the root of this times the part
-/// of the light that comes from there. The error of four nodes is about the square of that difference.
+/// The part of an opening's light by which a part's four nodes and its centroid may differ is the root of this times
+/// the part of the light that comes from there. The error of four nodes is about the square of that difference.
 const DIFFERENCE: f64 = 4e-4;
 /// What skewness may bring by estimate, as part of an opening's light.
 const LOPSIDED: f64 = 2e-4;
-/// A difference of this part of an opening's light matters never.
+/// A difference below this part of an opening's light never matters.
 const TOO_LITTLE: f64 = 1e-6;
-/// Parts are no wider than this part of the angle over which intensity may change by its largest value, within bounds (rad).
+/// Parts are no wider than this part of the angle over which intensity may change by its largest value, within bounds
+/// (rad).
 const PART_OF_SCALE: f64 = 0.6;
 const WIDTHS: [f64; 2] = [0.02, 0.25];
-/// Wide parts are let be where they can bring no more than this part of the opening's light.
+/// Wide parts are not halved where they can bring no more than this part of the opening's light.
 const WIDE_BUT_WEAK: f64 = 2e-3;
-/// Parts looked at for one opening and point; from then on each is taken as seen in its mean direction.
-const MOST_PARTS: usize = 400;
+/// Parts treated for one opening and point; each further one is taken as seen in its mean direction.
+const MAX_PARTS: usize = 400;
 /// Corners of a cone this near (cosine) to its middle are put on one plane.
 const NARROW: f64 = 0.5;
-/// Smallest cosine under which a flat opening counts as seen where it is taken as a whole.
-const FLATTEST: f64 = 1e-3;
+/// A flat opening that is seen under a smaller cosine than this counts as seen under it: intensity measured there is of
+/// something that is not flat, and flat it would be infinitely bright.
+pub(in crate::gather) const FLATTEST: f64 = 1e-3;
 
 /// A measured luminaire, or one side of it.
 pub(super) struct WebLight {
@@ -40,11 +44,11 @@ pub(super) struct WebLight {
     most: f64,
     /// Width of parts, rad.
     width: f64,
-    shape: Shape,
+    shape: SeenShape,
 }
 
 /// What is seen.
-pub(super) enum Shape {
+pub(super) enum SeenShape {
     /// A flat opening: its area, normal, and two axes in it.
     Flat {
         area: f64,
@@ -54,22 +58,22 @@ pub(super) enum Shape {
     Body(Body),
 }
 
-impl Shape {
+impl SeenShape {
     pub(super) fn flat(area: f64, normal: DVec3) -> Self {
         Self::Flat { area, normal, axes: normal.any_orthonormal_pair().into() }
     }
 }
 
-/// Buffers that are used again and again.
+/// Memory reused from sum to sum.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct WebParts {
     open: Pieces,
     part: Vec<DVec3>,
     flattened: Vec<DVec3>,
 }
 
 /// What becomes of a part.
-enum Fate {
+enum PartFate {
     /// Its illuminance, lx.
     Done(f64),
     /// To be halved along the plane n · x = height.
@@ -78,73 +82,74 @@ enum Fate {
 
 impl WebLight {
     /// `most` is the largest intensity (cd) towards where it shines.
-    pub(super) fn new(measured: &Measured, flux: f64, most: f64, shape: Shape) -> Self {
+    pub(super) fn new(measured: &Measured, flux: f64, most: f64, shape: SeenShape) -> Self {
         let width = (PART_OF_SCALE * measured.web().scale()).clamp(WIDTHS[0], WIDTHS[1]);
         Self { measured: measured.clone(), flux, most, width, shape }
     }
 
-    /// Illuminance (lx) at the origin, facing `up`, from convex parts of the opening or of its outline, all above the horizon;
-    /// `whole` is what all of it brings, 0 if that isn't known yet. Error: at most some 1e-3 of it, 1e-4 as a rule (tests
-    /// compare with a thousand times as many nodes). Cost: 5 intensities where the opening is seen under up to a quarter of
-    /// its distance, and some tens next to it.
+    /// Illuminance (lx) at the origin, facing `up`, from convex parts of the opening or of its outline, all above the
+    /// horizon; `whole` is what all of it brings, 0 if that isn't known yet. Error: at most some 1e-3 of it, 1e-4 as a
+    /// rule (tests compare with a thousand times as many nodes). Cost: 5 intensities where the opening is seen under up
+    /// to a quarter of its distance, and some tens next to it.
     pub(super) fn sum<'a>(
         &self,
         pieces: impl Iterator<Item = &'a [DVec3]>,
         up: DVec3,
         whole: f64,
-        parts: &mut Parts,
+        parts: &mut WebParts,
     ) -> f64 {
-        let Parts { open, part, flattened } = parts;
+        let WebParts { open, part, flattened } = parts;
         open.clear();
         pieces.for_each(|piece| open.push(piece));
-        let (mut sum, mut looked_at) = (0.0, 0);
+        let (mut sum, mut treated) = (0.0, 0);
         while open.pop(part) {
-            looked_at += 1;
-            if looked_at > MOST_PARTS {
+            treated += 1;
+            if treated > MAX_PARTS {
                 sum += self.as_whole(part, up);
                 continue;
             }
             match self.part(part, up, whole, sum, flattened) {
-                Fate::Done(lux) => sum += lux,
-                Fate::Halve(normal, height) => open.push_halves(part, normal, height),
+                PartFate::Done(lux) => sum += lux,
+                PartFate::Halve(normal, height) => open.push_halves(part, normal, height),
             }
         }
         sum.max(0.0)
     }
 
-    /// Intensity over distance squared, times cos, per area of the plane a part lies in: without the intensity, and that.
+    /// Intensity over distance squared, times cos, per area of the plane a part lies in: without the intensity, and
+    /// that.
     #[inline]
     fn kernel(&self, to: DVec3, up: DVec3) -> (f64, f64) {
         let square = to.length_squared();
         let area = match &self.shape {
-            Shape::Flat { area, .. } => *area,
+            SeenShape::Flat { area, .. } => *area,
             // The plane is at distance 1, and solid angle on it 1/d³; the area seen is for a vector of length d.
-            Shape::Body(body) => body.projected_area(to),
+            SeenShape::Body(body) => body.projected_area(to),
         };
         let times = to.dot(up) / (square * square.sqrt() * area);
         if times.is_finite() { (times, self.flux * self.measured.at(-to)) } else { (0.0, 0.0) }
     }
 
-    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, flattened: &mut Vec<DVec3>) -> Fate {
+    fn part(&self, part: &[DVec3], up: DVec3, whole: f64, sum: f64, flattened: &mut Vec<DVec3>) -> PartFate {
         let (corners, axes) = match &self.shape {
-            Shape::Flat { axes, .. } => (part, *axes),
-            Shape::Body(_) => {
+            SeenShape::Flat { axes, .. } => (part, *axes),
+            SeenShape::Body(_) => {
                 let count = part.len();
                 let middle: DVec3 =
                     (0..count).map(|i| part[(i + 1) % count].normalize().cross(part[i].normalize())).sum();
-                let Some(middle) = middle.try_normalize() else { return Fate::Done(0.0) };
+                let Some(middle) = middle.try_normalize() else { return PartFate::Done(0.0) };
                 let cosine = |corner: &DVec3| corner.dot(middle) / corner.length();
                 let farthest = part.iter().min_by(|a, b| cosine(a).total_cmp(&cosine(b)));
                 if let Some(farthest) = farthest.filter(|corner| cosine(corner) < NARROW) {
-                    return Fate::Halve(farthest - middle * middle.dot(*farthest), 0.0);
+                    return PartFate::Halve(farthest - middle * middle.dot(*farthest), 0.0);
                 }
                 flattened.clear();
                 flattened.extend(part.iter().map(|corner| corner / corner.dot(middle)));
                 (flattened.as_slice(), middle.any_orthonormal_pair().into())
             }
         };
-        let Some(Moments { area, centre, spread: [long, short] }) = Moments::of(corners, axes) else {
-            return Fate::Done(0.0);
+        let Some(PolygonMoments { area, centre, spread: [long, short] }) = PolygonMoments::of(corners, axes) else {
+            return PartFate::Done(0.0);
         };
         let (times, candela) = self.kernel(centre, up);
         let by_centre = area * times * candela;
@@ -164,13 +169,15 @@ impl WebLight {
             && lopsided * by_nodes.abs() <= LOPSIDED * light;
         let settled = difference <= TOO_LITTLE * light || even;
         if !wide && settled {
-            return Fate::Done(by_nodes);
+            return PartFate::Done(by_nodes);
         }
         let across = long.normalize_or_zero();
         match &self.shape {
-            Shape::Flat { .. } => Fate::Halve(across, across.dot(centre)),
+            SeenShape::Flat { .. } => PartFate::Halve(across, across.dot(centre)),
             // Through the point and the centroid, across the longer axis.
-            Shape::Body(_) => Fate::Halve(across - centre * (across.dot(centre) / centre.length_squared()), 0.0),
+            SeenShape::Body(_) => {
+                PartFate::Halve(across - centre * (across.dot(centre) / centre.length_squared()), 0.0)
+            }
         }
     }
 
@@ -184,14 +191,14 @@ impl WebLight {
     /// Luminance towards a unit vector, cd/m².
     pub(super) fn luminance(&self, direction: DVec3) -> f64 {
         let area = match &self.shape {
-            Shape::Flat { area, normal, .. } => area * normal.dot(direction).abs().max(FLATTEST),
-            Shape::Body(body) => body.projected_area(direction),
+            SeenShape::Flat { area, normal, .. } => area * normal.dot(direction).abs().max(FLATTEST),
+            SeenShape::Body(body) => body.projected_area(direction),
         };
         self.flux * self.measured.at(direction) / area
     }
 
     /// Largest intensity towards points of a box from one that holds the luminaire, cd.
-    pub(super) fn most(&self, shining: &Bounds, points: &Bounds) -> f64 {
+    pub(super) fn most(&self, shining: &AxisBox, points: &AxisBox) -> f64 {
         self.most.min(self.flux * most_towards(&self.measured, shining, points))
     }
 
@@ -202,7 +209,7 @@ impl WebLight {
 }
 
 /// Largest intensity from points of one box towards points of another, cd/lm.
-pub(super) fn most_towards(measured: &Measured, shining: &Bounds, points: &Bounds) -> f64 {
+pub(super) fn most_towards(measured: &Measured, shining: &AxisBox, points: &AxisBox) -> f64 {
     let aim = measured.aim();
     let ([from_low, from_high], [to_low, to_high]) = (shining.along(aim), points.along(aim));
     let (low, high) = (to_low - from_high, to_high - from_low);
@@ -215,30 +222,31 @@ pub(super) fn most_towards(measured: &Measured, shining: &Bounds, points: &Bound
     measured.web().most_between(within(least, -1.0) - 1e-6, within(most, 1.0) + 1e-6)
 }
 
-/// A skew polygon has third moments, which its four nodes don't have: how far its centroid is off its middle along an axis, by
-/// length. Halved ellipses, whose third moment is about 0.2 of the second's root cubed, have 0.16.
+/// A skew polygon has third moments, which its four nodes don't have: how far its centroid is off its middle along an
+/// axis, by length. Halved ellipses, whose third moment is about 0.2 of the second's root cubed, have 0.16.
 fn skewness(corners: &[DVec3], centre: DVec3, axis: DVec3) -> f64 {
     let along = corners.iter().map(|corner| (*corner - centre).dot(axis));
     let [low, high] = along.fold([0.0_f64; 2], |[low, high], x| [low.min(x), high.max(x)]);
     if high > low { (high + low).abs() / (high - low) } else { 0.0 }
 }
 
-/// The share of light that its third derivative would bring to a part of skewness 1 if light fell exponentially from one
-/// node to the other.
+/// The share of light that its third derivative would bring to a part of skewness 1 if light fell exponentially from
+/// one node to the other.
 fn fall(a: f64, b: f64) -> f64 {
     let slope = (a - b) / (a + b);
     if slope.is_finite() { 0.125 * slope.abs().powi(3) } else { 0.0 }
 }
 
-/// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second moments.
-struct Moments {
+/// A convex polygon's area, centroid, and the axes of its spread: centroid ± each are four nodes with its second
+/// moments.
+struct PolygonMoments {
     area: f64,
     centre: DVec3,
     /// The longer first.
     spread: [DVec3; 2],
 }
 
-impl Moments {
+impl PolygonMoments {
     /// Of a polygon in the plane of two axes at right angles; nothing if it has no area.
     fn of(corners: &[DVec3], [u, v]: [DVec3; 2]) -> Option<Self> {
         let &[first, second, ref rest @ ..] = corners else { return None };
@@ -283,8 +291,8 @@ impl Moments {
 mod tests {
     use super::*;
 
-    /// Four nodes of a rectangle, a triangle and a skew quadrilateral give x², xy and y² exactly: against a fan of triangles
-    /// with the rule of the sides' middles, which is exact for degree two.
+    /// Four nodes of a rectangle, a triangle and a skew quadrilateral give x², xy and y² exactly: against a fan of
+    /// triangles with the rule of the sides' middles, which is exact for degree two.
     #[test]
     fn four_nodes_have_the_moments_of_their_polygon() {
         let plane = [DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, 0.0, 1.0)];
@@ -294,7 +302,7 @@ mod tests {
             vec![at(0.0, 0.0), at(1.0, 0.2), at(-0.3, 2.0)],
             vec![at(0.1, 0.1), at(0.4, -1.0), at(3.0, 2.0), at(0.0, 1.0)],
         ] {
-            let Moments { area, centre, spread: [a, b] } = Moments::of(&corners, plane).expect("an area");
+            let PolygonMoments { area, centre, spread: [a, b] } = PolygonMoments::of(&corners, plane).expect("an area");
             let functions: [fn(DVec3) -> f64; 6] =
                 [|_| 1.0, |p| p.x, |p| p.z, |p| p.x * p.x, |p| p.x * p.z, |p| p.z * p.z];
             for f in functions {

@@ -1,9 +1,9 @@
-//! Light that photons are counted for: caustics in the cells of planes, and whatever photons tell on samples of surfaces and
-//! about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells help each other.
+//! Light that photons are counted for: caustics in the cells of planes, and all light that photons bring to samples of
+//! surfaces and about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells help each other.
 
 use std::io;
 
-use super::{GroupRows, Known, Part, PhotonRound, Site, Source};
+use super::{GroupRows, LightOrigin, LightPart, PhotonRound, PhotonTotal, Site};
 use crate::gather::counts::Counts;
 use crate::gather::density::Estimate;
 use crate::gather::smooth::counts::Smoothed;
@@ -15,29 +15,30 @@ pub fn bytes_per_point(channels: u64) -> u64 {
 }
 
 /// Photons counted at each point, and how its neighbours helped.
-pub struct Counted<const C: usize> {
+pub struct CountedLight<const C: usize> {
     counts: Counts<C>,
     /// What was done to the cells when they were smoothed, which is done to their light groups, too.
     smoothed: Vec<Smoothed>,
 }
 
-impl<const C: usize> Counted<C> {
-    /// Of points that stand for these areas (m²), with rows of `width` numbers for light groups, 0 where there are none.
+impl<const C: usize> CountedLight<C> {
+    /// Of points that stand for these areas (m²), with rows of `width` numbers for light groups, 0 where there are
+    /// none.
     pub fn new(areas: Vec<f64>, width: usize) -> Self {
         Self { counts: Counts::new(areas, width), smoothed: Vec::new() }
     }
 }
 
-impl<const C: usize> Part<C> for Counted<C> {
-    fn source(&self) -> Source {
-        Source::PhotonsOnly
+impl<const C: usize> LightPart<C> for CountedLight<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::PhotonsOnly
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, _: &Site) {
         round.arrived.met.iter().for_each(|met| self.counts.add(met, round.groups));
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let points = 0..site.receiver.len();
         let raw: Vec<Estimate<C>> = points.map(|point| self.counts.estimate(point, known.sets)).collect();
         let Some(smoother) = &site.smoother else { return raw };
@@ -49,7 +50,7 @@ impl<const C: usize> Part<C> for Counted<C> {
         found
     }
 
-    fn add_groups(&self, known: Known, site: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, known: PhotonTotal, site: &Site, rows: &mut GroupRows) {
         let means = self.counts.group_means(known.sets);
         let found = match &site.smoother {
             Some(smoother) if !means.is_empty() => {

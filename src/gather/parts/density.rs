@@ -1,15 +1,15 @@
-//! Light told by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side; light
-//! with edges over discs of a ladder of radii about single points; all of it at once by the paper's estimator.
+//! Light told by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side;
+//! light with edges over discs of a ladder of radii about single points; all of it at once by the paper's estimator.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io;
 
 use rayon::prelude::*;
 
-use super::{GroupRows, Known, Part, PhotonRound, Site, Source};
+use super::{GroupRows, LightOrigin, LightPart, PhotonRound, PhotonTotal, Site};
 use crate::gather::bandwidth::{FIXED, SCALES, choose, of_ladder};
 use crate::gather::density::{
-    Estimate, EstimateSum, GroupSums, LADDER, Search, local_linear_in_groups, local_linear_within, paper,
+    Estimate, EstimateSum, GroupSums, LADDER, SearchLimits, local_linear_in_groups, local_linear_within, paper,
 };
 use crate::luminaire::LightGroups;
 use crate::photon_map::with_tree;
@@ -18,12 +18,12 @@ use crate::state::tape::Tape;
 
 /// Bytes that a point takes, by channels: sums of each k, what it concludes, and the point's surroundings.
 pub fn bytes_per_point(channels: u64, is_paper: bool) -> u64 {
-    let (scales, surroundings) = if is_paper { (1, 0) } else { (SCALES.len() as u64, 264) };
-    scales * 16 * (channels + 1) + 8 * channels + 8 + surroundings
+    let (scales, visible) = if is_paper { (1, 0) } else { (SCALES.len() as u64, 264) };
+    scales * 16 * (channels + 1) + 8 * channels + 8 + visible
 }
 
 /// Sums over the sets of photons of several estimates at each point, side by side, and which of them was chosen.
-struct Sums<const C: usize> {
+struct DensitySums<const C: usize> {
     /// Estimates of a point.
     of_point: usize,
     /// Point by point.
@@ -42,7 +42,7 @@ struct GroupedSums {
     rows: Vec<Sum>,
 }
 
-impl<const C: usize> Sums<C> {
+impl<const C: usize> DensitySums<C> {
     fn new(points: usize, of_point: usize, groups: Option<(&LightGroups, usize)>) -> Self {
         let groups = groups.map(|(groups, variances)| {
             let width = groups.width::<C>();
@@ -107,7 +107,7 @@ impl<const C: usize> Sums<C> {
 
 /// Light that met a diffuse surface, as the density of the k nearest photons.
 pub struct SmoothDensity<const C: usize> {
-    sums: Sums<C>,
+    sums: DensitySums<C>,
     /// Multiples of k that stand side by side.
     scales: &'static [f64],
     /// Whether the user has said k.
@@ -118,7 +118,7 @@ impl<const C: usize> SmoothDensity<C> {
     /// None yet at so many points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, fixed: bool, groups: Option<(&LightGroups, usize)>) -> Self {
         let scales = Self::scales(fixed);
-        Self { sums: Sums::new(points, scales.len(), groups), scales, fixed }
+        Self { sums: DensitySums::new(points, scales.len(), groups), scales, fixed }
     }
 
     /// Multiples of k that stand side by side.
@@ -127,9 +127,9 @@ impl<const C: usize> SmoothDensity<C> {
     }
 }
 
-impl<const C: usize> Part<C> for SmoothDensity<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for SmoothDensity<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -145,13 +145,13 @@ impl<const C: usize> Part<C> for SmoothDensity<C> {
                     return Estimate::DARK;
                 }
                 let nearest = ((search.nearest as f64 * scales[scale]) as usize).max(2);
-                let (at, around) = (site.receiver.points[point], &site.surroundings[point]);
-                local_linear_in_groups(map, at, Search { nearest, ..search }, around, scratch, groups)
+                let (at, around) = (site.receiver.points[point], &site.visible[point]);
+                local_linear_in_groups(map, at, SearchLimits { nearest, ..search }, around, scratch, groups)
             },
         ));
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let scales = self.scales.len();
         let of = |scale: usize| self.sums.whole.chunks(scales).map(|sums| sums[scale].mean(known.sets)).collect();
         let mut chosen = Vec::new();
@@ -163,7 +163,7 @@ impl<const C: usize> Part<C> for SmoothDensity<C> {
         found
     }
 
-    fn add_groups(&self, known: Known, _: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, known: PhotonTotal, _: &Site, rows: &mut GroupRows) {
         self.sums.add_groups(known.sets, rows);
     }
 
@@ -177,7 +177,7 @@ const SMALLEST_SHARE: f64 = 1e-6;
 
 /// Light with edges at single points, over discs each of half the radius of the one before.
 pub struct Discs<const C: usize> {
-    sums: Sums<C>,
+    sums: DensitySums<C>,
     /// Radius of the widest disc, and the least of any, m.
     widest: f32,
     floor: f32,
@@ -186,13 +186,13 @@ pub struct Discs<const C: usize> {
 impl<const C: usize> Discs<C> {
     /// None yet at so many points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, widest: f32, floor: f32, groups: Option<(&LightGroups, usize)>) -> Self {
-        Self { sums: Sums::new(points, LADDER, groups), widest, floor }
+        Self { sums: DensitySums::new(points, LADDER, groups), widest, floor }
     }
 }
 
-impl<const C: usize> Part<C> for Discs<C> {
-    fn source(&self) -> Source {
-        Source::PhotonsOnly
+impl<const C: usize> LightPart<C> for Discs<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::PhotonsOnly
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -208,20 +208,20 @@ impl<const C: usize> Part<C> for Discs<C> {
                     return Estimate::DARK;
                 }
                 let radius = (widest * 0.5_f32.powi(disc as i32)).max(floor);
-                let (at, around) = (site.receiver.points[point], &site.surroundings[point]);
+                let (at, around) = (site.receiver.points[point], &site.visible[point]);
                 local_linear_within(map, at, radius, around, scratch, groups)
             },
         ));
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let widest = f64::from(self.widest);
         // The kernel's peak over its mean is 2.
         let quantum = 2.0 * known.photon / known.sets / (PI * widest * widest);
         let mut chosen = Vec::new();
-        let found = self.sums.whole.chunks(LADDER).zip(&site.surroundings).map(|(sums, around)| {
+        let found = self.sums.whole.chunks(LADDER).zip(&site.visible).map(|(sums, around)| {
             let discs: Vec<Estimate<C>> = sums.iter().map(|sum| sum.mean(known.sets)).collect();
-            // Where walls leave little of the disc, one photon would bring the more.
+            // Where walls leave little of the disc, one photon would bring more.
             let open = around.view(self.widest).moments().one / FRAC_PI_2;
             let (disc, found) = of_ladder(&discs, quantum / open.max(SMALLEST_SHARE));
             chosen.push(disc as u8);
@@ -232,7 +232,7 @@ impl<const C: usize> Part<C> for Discs<C> {
         found
     }
 
-    fn add_groups(&self, known: Known, _: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, known: PhotonTotal, _: &Site, rows: &mut GroupRows) {
         self.sums.add_groups(known.sets, rows);
     }
 
@@ -251,9 +251,9 @@ impl<const C: usize> PaperDensity<C> {
     }
 }
 
-impl<const C: usize> Part<C> for PaperDensity<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for PaperDensity<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -272,7 +272,7 @@ impl<const C: usize> Part<C> for PaperDensity<C> {
         });
     }
 
-    fn conclude(&mut self, known: Known, _: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, _: &Site) -> Vec<Estimate<C>> {
         self.0.iter().map(|sum| sum.mean(known.sets)).collect()
     }
 

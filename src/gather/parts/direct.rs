@@ -1,6 +1,6 @@
 //! Light straight from luminaires, cut exactly where luminaires are flat or bodies: no pass makes it better.
 
-use super::{Part, Source};
+use super::{LightOrigin, LightPart};
 use crate::gather::density::Estimate;
 use crate::gather::direct::{DirectGroups, DirectLight};
 
@@ -9,9 +9,9 @@ pub fn bytes_per_point(channels: u64) -> u64 {
     8 * channels + 16
 }
 
-impl<const C: usize> Part<C> for DirectLight<C> {
-    fn source(&self) -> Source {
-        Source::Luminaires
+impl<const C: usize> LightPart<C> for DirectLight<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Luminaires
     }
 
     fn straight(&self, point: usize) -> Estimate<C> {

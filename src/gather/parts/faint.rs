@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{Known, Part, RayRound, Site, Source};
+use super::{LightOrigin, LightPart, PhotonTotal, RayRound, Site};
 use crate::embree::RayCaster;
 use crate::gather::density::Estimate;
 use crate::gather::direct::faint::Faint;
@@ -55,9 +55,9 @@ fn sample<const C: usize>(
     (sum, cast)
 }
 
-impl<const C: usize> Part<C> for FaintLight<C> {
-    fn source(&self) -> Source {
-        Source::Luminaires
+impl<const C: usize> LightPart<C> for FaintLight<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Luminaires
     }
 
     fn add_rays(&mut self, round: &RayRound<'_, C>, site: &Site) -> u64 {
@@ -75,7 +75,7 @@ impl<const C: usize> Part<C> for FaintLight<C> {
         rays.into_inner()
     }
 
-    fn conclude(&mut self, _: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, _: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         self.light = match &site.smoother {
             Some(smoother) => smoother.smooth(&self.samples, &site.has_value, &mut Vec::new()),
             None => self.samples.alone(),

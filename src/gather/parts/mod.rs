@@ -1,10 +1,10 @@
 //! The parts of the light at the points of a receiver.
 //!
-//! What arrives at a point is a sum: light straight from luminaires, cut exactly or sampled; light that has bounced, found by
-//! rays or told by the density of photons; caustics, counted in cells or over discs. Each part knows its light better with
-//! every round of photons and rays, and keeps for itself what it needs for that: its sums, their light groups, the choices it
-//! made. A new part is one file here with a type that implements [`Part`], and one line where a method lists its parts
-//! (`render/method.rs`).
+//! What arrives at a point is a sum: light straight from luminaires, cut exactly or sampled; light that has bounced,
+//! found by rays or told by the density of photons; caustics, counted in cells or over discs. Each part knows its light
+//! better with every round of photons and rays, and keeps for itself what it needs for that: its sums, their light
+//! groups, the choices it made. A new part is one file here with a type that implements [`LightPart`], and one line
+//! where a method lists its parts (`render/method.rs`).
 
 pub mod counted;
 pub mod density;
@@ -15,14 +15,14 @@ pub mod rays;
 use std::io;
 
 use super::counts::Met;
-use super::density::{Estimate, Search};
+use super::density::{Estimate, SearchLimits};
 use super::direct::DirectGroups;
 use super::patches::PatchGroups;
 use super::reach::Standing;
 use super::receiver::{Crossings, Receiver};
 use super::sight::{Records, Sight};
 use super::smooth::Smoother;
-use super::surroundings::Surroundings;
+use super::visible::VisiblePolygon;
 use super::witness::Contradiction;
 use crate::embree::RayCaster;
 use crate::luminaire::LightGroups;
@@ -43,14 +43,14 @@ pub struct Site {
     /// Areas of the points, m²: of a measured surface only.
     pub areas: Vec<f64>,
     /// What each point sees around itself in the plane; empty where no density of photons is taken.
-    pub surroundings: Vec<Surroundings>,
+    pub visible: Vec<VisiblePolygon>,
     /// How neighbours on a grid help each other, where they do.
     pub smoother: Option<Smoother>,
 }
 
 /// Where the light of a part comes from, as far as others have to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum LightOrigin {
     /// Straight from luminaires.
     Luminaires,
     /// From surfaces that rays from the points would meet.
@@ -76,8 +76,8 @@ pub struct PhotonRound<'a, const C: usize> {
     /// On all surfaces; empty but for the paper's estimator.
     pub landed: &'a ChosenMap<C>,
     /// Limits of the search in densities.
-    pub search: Search,
-    /// Light groups that are told apart.
+    pub search: SearchLimits,
+    /// Light groups that are kept apart.
     pub groups: Option<&'a LightGroups>,
 }
 
@@ -93,13 +93,13 @@ pub struct RayRound<'a, const C: usize> {
     pub records: Option<Records<'a, C>>,
     /// The same by light group.
     pub patches: Option<&'a PatchGroups<C>>,
-    /// Light groups that are told apart.
+    /// Light groups that are kept apart.
     pub groups: Option<&'a LightGroups>,
 }
 
 /// How much is known when a part concludes.
 #[derive(Clone, Copy)]
-pub struct Known {
+pub struct PhotonTotal {
     /// Sets of photons in its sums, each of the luminaires' whole flux.
     pub sets: f64,
     /// Flux of a photon, lm.
@@ -127,10 +127,10 @@ impl GroupRows {
 
 /// One part of the light at the points of a receiver, known better with every round.
 ///
-/// Values are E in lx, variances lx². A part that stays silent on a question has nothing to say there.
-pub trait Part<const C: usize>: Send + Sync {
+/// Values are E in lx, variances lx². A method that a part does not implement adds nothing.
+pub trait LightPart<const C: usize>: Send + Sync {
     /// Where its light comes from.
-    fn source(&self) -> Source;
+    fn source(&self) -> LightOrigin;
 
     /// Adds what the photons of a round say.
     fn add_photons(&mut self, _round: &PhotonRound<'_, C>, _site: &Site) {}
@@ -140,9 +140,9 @@ pub trait Part<const C: usize>: Send + Sync {
         0
     }
 
-    /// What all rounds so far say of light at each point that was not straight from luminaires, and of its error: noise, and
-    /// bias where there is some. Empty where there is none.
-    fn conclude(&mut self, _known: Known, _site: &Site) -> Vec<Estimate<C>> {
+    /// What all rounds so far say of light at each point that was not straight from luminaires, and of its error:
+    /// noise, and bias where there is some. Empty where there is none.
+    fn conclude(&mut self, _known: PhotonTotal, _site: &Site) -> Vec<Estimate<C>> {
         Vec::new()
     }
 
@@ -157,7 +157,7 @@ pub trait Part<const C: usize>: Send + Sync {
     }
 
     /// Adds the light of each group, by the choices that the last [`Self::conclude`] made for the whole.
-    fn add_groups(&self, _known: Known, _site: &Site, _rows: &mut GroupRows) {}
+    fn add_groups(&self, _known: PhotonTotal, _site: &Site, _rows: &mut GroupRows) {}
 
     /// Moves all sums to or from a checkpoint, another run's state or another process.
     fn exchange(&mut self, _tape: &mut Tape<'_>) -> io::Result<()> {
@@ -169,7 +169,7 @@ pub trait Part<const C: usize>: Send + Sync {
         None
     }
 
-    /// Variance that is added at each point since somebody else contradicts this part; empty where nobody does.
+    /// Variance that is added at each point where photons contradict this part; empty without such photons.
     fn doubt(&self) -> &[f64] {
         &[]
     }

@@ -1,10 +1,11 @@
-//! Light that has bounced, found by rays from the points: final gather where they end on surfaces whose light photons know,
-//! paths where they go on. Neighbours on a grid help each other; where rays rely on photons, other photons are their witness.
+//! Light that has bounced, found by rays from the points: final gather where they end on surfaces whose light photons
+//! know, paths where they go on. Neighbours on a grid help each other; where rays rely on photons, other photons are
+//! their witness.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{GroupRows, Known, Part, PhotonRound, RayRound, Site, Source};
+use super::{GroupRows, LightOrigin, LightPart, PhotonRound, PhotonTotal, RayRound, Site};
 use crate::gather::density::Estimate;
 use crate::gather::receiver::Receiver;
 use crate::gather::sight::{Origins, Records, Sight, ToGroups};
@@ -20,7 +21,7 @@ pub fn bytes_per_point(channels: u64) -> u64 {
 }
 
 /// What rays from the points of a receiver found.
-pub struct Rays<const C: usize> {
+pub struct RayLight<const C: usize> {
     samples: Samples<C>,
     /// Random numbers of this receiver's rays.
     seed: Seed,
@@ -33,14 +34,14 @@ pub struct Rays<const C: usize> {
     /// What that adds to the variance of each point, lx²; empty without such photons.
     doubt: Vec<f64>,
     contradiction: Option<Contradiction>,
-    /// Whether light groups are told apart, and the windows chosen at each point, which their light is put through.
+    /// Whether light groups are kept apart, and the windows chosen at each point, which their light is put through.
     in_groups: bool,
     windows: Vec<usize>,
 }
 
-impl<const C: usize> Rays<C> {
-    /// None yet from the points of a receiver. `seed` is the receiver's own, `times` the rays of its points for each that a
-    /// point of a grid sends; `groups` are those to be told apart here.
+impl<const C: usize> RayLight<C> {
+    /// None yet from the points of a receiver. `seed` is the receiver's own, `times` the rays of its points for each
+    /// that a point of a grid sends; `groups` are those to be kept apart here.
     pub fn new(
         receiver: &Receiver,
         seed: Seed,
@@ -76,8 +77,8 @@ pub struct FromPoint<'a, const C: usize> {
 }
 
 impl<const C: usize> FromPoint<'_, C> {
-    /// The sum of what they find, lx, and the rays cast, those onward from where they end included; `origins` hears where
-    /// the light comes from.
+    /// The sum of what they find, lx, and the rays cast, those onward from where they end included; `origins` receives
+    /// where the light comes from.
     pub fn find(&self, point: usize, origins: &mut impl Origins<C>) -> ([f64; C], u64) {
         let (mut sum, mut cast) = ([0.0; C], 0);
         let start = self.receiver.start(point);
@@ -92,9 +93,9 @@ impl<const C: usize> FromPoint<'_, C> {
     }
 }
 
-impl<const C: usize> Part<C> for Rays<C> {
-    fn source(&self) -> Source {
-        Source::Surfaces
+impl<const C: usize> LightPart<C> for RayLight<C> {
+    fn source(&self) -> LightOrigin {
+        LightOrigin::Surfaces
     }
 
     fn add_photons(&mut self, round: &PhotonRound<'_, C>, site: &Site) {
@@ -126,7 +127,7 @@ impl<const C: usize> Part<C> for Rays<C> {
         rays.into_inner()
     }
 
-    fn conclude(&mut self, known: Known, site: &Site) -> Vec<Estimate<C>> {
+    fn conclude(&mut self, known: PhotonTotal, site: &Site) -> Vec<Estimate<C>> {
         let mut windows = Vec::new();
         let found = match &site.smoother {
             Some(smoother) if self.smooth => smoother.smooth(&self.samples, &site.has_value, &mut windows),
@@ -139,7 +140,7 @@ impl<const C: usize> Part<C> for Rays<C> {
         found
     }
 
-    fn add_groups(&self, _: Known, site: &Site, rows: &mut GroupRows) {
+    fn add_groups(&self, _: PhotonTotal, site: &Site, rows: &mut GroupRows) {
         let means = self.samples.group_means();
         let found = match &site.smoother {
             Some(smoother) if !self.windows.is_empty() => {

@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{Part, Reach, Standing};
+use super::{LightReach, SpacePart, Standing};
 use crate::gather::receiver::Receiver;
 use crate::sets::Sets;
 
-impl Reach<'_> {
-    /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place are
-    /// places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
-    pub(super) fn flood(&self, number: usize, receiver: &Receiver, found: &mut [Standing]) -> Vec<Part> {
+impl LightReach<'_> {
+    /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place
+    /// are places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
+    pub(super) fn flood(&self, number: usize, receiver: &Receiver, found: &mut [Standing]) -> Vec<SpacePart> {
         let count = receiver.len();
         let columns = receiver.grid.map_or(count, |[columns, _]| columns);
         let open = |point: usize, next: usize| {
@@ -49,8 +49,10 @@ impl Reach<'_> {
             }
         }
         dark.sort_unstable();
-        let part =
-            |points: &[(u32, u32)]| Part { receiver: number, points: points.iter().map(|&(_, point)| point).collect() };
+        let part = |points: &[(u32, u32)]| SpacePart {
+            receiver: number,
+            points: points.iter().map(|&(_, point)| point).collect(),
+        };
         dark.chunk_by(|(a, _), (b, _)| a == b).map(part).collect()
     }
 }

@@ -1,11 +1,11 @@
 //! Whether light can arrive at a point at all.
 //!
-//! A grid point inside a table leg has no illuminance: it is no place. Which points are such is asked of space, not of
-//! normals that meshes rarely keep in order, and not of luck: points of one receiver that see each other are one part of
-//! space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has come to
-//! (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed body stands
-//! between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a hole of three
-//! millimetres asks for show a way.
+//! A grid point inside a table leg has no illuminance: it is no place. Which points are such is decided by space, not
+//! by normals, which meshes rarely keep in order, and not by chance: points of one receiver that see each other are one
+//! part of space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has
+//! come to (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed
+//! body stands between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a
+//! hole of three millimetres asks for show a way.
 
 mod flood;
 mod probes;
@@ -38,9 +38,9 @@ const LONG: u32 = 512;
 const HOLE: f64 = 3e-3;
 const MEETINGS: f64 = 4.0;
 /// Bounces spent on one part at least and at most, and on all.
-const FEWEST: f64 = 2e3;
-const MOST: f64 = 4e6;
-const MOST_IN_ALL: f64 = 1e7;
+const MIN_BOUNCES: f64 = 2e3;
+const MAX_BOUNCES: f64 = 4e6;
+const MAX_BOUNCES_IN_ALL: f64 = 1e7;
 /// Parts of that which are spent one after the other, and points that are kept of what they reach.
 const SHARES: [f64; 2] = [0.02, 1.0];
 const KEPT: usize = 64;
@@ -50,7 +50,7 @@ const ARRIVALS: usize = 2;
 /// Why a point has a value, or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Standing {
-    /// Light can arrive: it has a value, be it 0.
+    /// Light can arrive: it has a value, which may be 0.
     #[default]
     Place,
     /// Something opaque lies on it, nearer than a hundredth of the spacing of points.
@@ -62,7 +62,7 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// The reasons for having no value, in the order in which they are told.
+    /// The reasons for having no value, in the order of reports.
     pub const WITHOUT_VALUE: [Self; 3] = [Self::Inside, Self::Covered, Self::Dark];
 
     /// Whether it has a value.
@@ -81,7 +81,7 @@ impl Standing {
     }
 }
 
-/// Points that are asked for.
+/// Points to be decided.
 pub struct Points<'a> {
     /// The receiver.
     pub receiver: &'a Receiver,
@@ -98,13 +98,13 @@ impl Points<'_> {
 }
 
 /// Points of one receiver between which light can pass.
-struct Part {
+struct SpacePart {
     receiver: usize,
     points: Vec<u32>,
 }
 
-/// Tells the points of those parts of space that are decided; returns the others.
-fn settle(parts: Vec<Part>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<Part> {
+/// Sets the standing of the points in those parts of space that are decided; returns the others.
+fn settle(parts: Vec<SpacePart>, decided: &[bool], standing: Standing, found: &mut [Vec<Standing>]) -> Vec<SpacePart> {
     let mut left = Vec::new();
     for (part, decided) in parts.into_iter().zip(decided) {
         if *decided {
@@ -116,8 +116,8 @@ fn settle(parts: Vec<Part>, decided: &[bool], standing: Standing, found: &mut [V
     left
 }
 
-/// Tells places from the insides of things.
-pub struct Reach<'a> {
+/// Decides which points light can reach.
+pub struct LightReach<'a> {
     scene: &'a Scene,
     caster: &'a RayCaster,
     fronts: Vec<Front>,
@@ -136,7 +136,7 @@ pub struct Reach<'a> {
     through_gaps: Vec<Vec3>,
 }
 
-impl<'a> Reach<'a> {
+impl<'a> LightReach<'a> {
     /// Prepares the question for a scene; casts about 3·10⁴ rays.
     pub fn new(scene: &'a Scene, caster: &'a RayCaster, seed: Seed) -> Self {
         let mut openings: Vec<u32> =
@@ -158,21 +158,21 @@ impl<'a> Reach<'a> {
         reach
     }
 
-    /// What every point of some receivers is. Where neither walks nor proofs decide, a part of space is a place if one of its
-    /// points `is_lit`, by receiver and point. Cost: one or two rays a point where light comes straight.
+    /// What every point of some receivers is. Where neither walks nor proofs decide, a part of space is a place if one
+    /// of its points `is_lit`, by receiver and point. Cost: one or two rays a point where light comes straight.
     pub fn standings(
         &mut self,
         asked: &[Points<'_>],
         is_lit: impl Fn(usize, usize) -> bool + Sync,
     ) -> Vec<Vec<Standing>> {
-        let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_look(asked)).collect();
-        let mut parts: Vec<Part> = Vec::new();
+        let mut found: Vec<Vec<Standing>> = asked.iter().map(|asked| self.first_pass(asked)).collect();
+        let mut parts: Vec<SpacePart> = Vec::new();
         for (receiver, asked) in asked.iter().enumerate() {
             parts.extend(self.flood(receiver, asked.receiver, &mut found[receiver]));
         }
         // The largest first: they have most of what may be spent. (The order of equals is kept.)
         parts.sort_by_key(|part| std::cmp::Reverse(part.points.len()));
-        let of = |part: &Part| asked[part.receiver].receiver;
+        let of = |part: &SpacePart| asked[part.receiver].receiver;
         let near = self.all(&parts, |part| self.is_near_light(of(part), part));
         let parts = settle(parts, &near, Standing::Place, &mut found);
         if parts.is_empty() {
@@ -186,17 +186,17 @@ impl<'a> Reach<'a> {
         if parts.is_empty() {
             return found;
         }
-        self.look_through_gaps(&shells);
+        self.follow_gaps(&shells);
         let arrive = self.walk_long(asked, &parts);
         let parts = settle(parts, &arrive, Standing::Place, &mut found);
-        let is_lit = |part: &Part| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
+        let is_lit = |part: &SpacePart| part.points.iter().any(|&point| is_lit(part.receiver, point as usize));
         let lit = self.all(&parts, is_lit);
         settle(parts, &lit, Standing::Place, &mut found);
         found
     }
 
     /// An answer for each part of space.
-    fn all(&self, parts: &[Part], verdict: impl Fn(&Part) -> bool + Sync + Send) -> Vec<bool> {
+    fn all(&self, parts: &[SpacePart], verdict: impl Fn(&SpacePart) -> bool + Sync + Send) -> Vec<bool> {
         parts.par_iter().map(verdict).collect()
     }
 
@@ -207,9 +207,9 @@ impl<'a> Reach<'a> {
     }
 
     /// Which points are covered, and which see light at once; the others are dark as yet.
-    fn first_look(&self, asked: &Points<'_>) -> Vec<Standing> {
+    fn first_pass(&self, asked: &Points<'_>) -> Vec<Standing> {
         let receiver = asked.receiver;
-        let look = |point: usize| {
+        let standing = |point: usize| {
             let start = receiver.start(point);
             let within = asked.covered_within(point);
             let mut stream = self.seed.stream(point as u64);
@@ -224,25 +224,25 @@ impl<'a> Reach<'a> {
             let seen = (0..POINT_TRIES).any(|attempt| self.sees_light(start, attempt, &mut stream));
             if seen { Standing::Place } else { Standing::Dark }
         };
-        (0..receiver.len()).into_par_iter().with_min_len(64).map(look).collect()
+        (0..receiver.len()).into_par_iter().with_min_len(64).map(standing).collect()
     }
 
     /// Whether some ways and short walks from a part's points meet light.
-    fn is_near_light(&self, receiver: &Receiver, part: &Part) -> bool {
+    fn is_near_light(&self, receiver: &Receiver, part: &SpacePart) -> bool {
         let mut stream = self.stream_of(part, 2);
         let point = |attempt: u32| part.points[attempt as usize % part.points.len()] as usize;
         (0..PART_TRIES).any(|attempt| self.sees_light(receiver.start(point(attempt)), attempt, &mut stream))
             || (0..SHORT_WALKS).any(|walk| self.walk_from(receiver, point(walk), SHORT, &mut stream))
     }
 
-    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short walks
-    /// come first; what they reach is lit for the others.
-    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[Part]) -> Vec<bool> {
-        let of = |part: &Part| asked[part.receiver].receiver;
-        let wanted = |part: &Part| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
+    /// Which parts are reached by walks that find a [`HOLE`], as far as that takes no longer than is reasonable. Short
+    /// walks come first; what they reach is lit for the others.
+    fn walk_long(&mut self, asked: &[Points<'_>], parts: &[SpacePart]) -> Vec<bool> {
+        let of = |part: &SpacePart| asked[part.receiver].receiver;
+        let wanted = |part: &SpacePart| MEETINGS * (self.cavity(of(part), part) / HOLE).powi(2);
         let wanted: Vec<f64> = parts.iter().map(wanted).collect();
         let mut arrived = vec![false; parts.len()];
-        let (mut left, mut round) = (MOST_IN_ALL, 0);
+        let (mut left, mut round) = (MAX_BOUNCES_IN_ALL, 0);
         for share in SHARES {
             let mut goes_on = true;
             while goes_on {
@@ -251,7 +251,7 @@ impl<'a> Reach<'a> {
                     if arrived[index] {
                         continue;
                     }
-                    let bounces = (share * wanted[index]).clamp(FEWEST, MOST).min(left.max(FEWEST));
+                    let bounces = (share * wanted[index]).clamp(MIN_BOUNCES, MAX_BOUNCES).min(left.max(MIN_BOUNCES));
                     arrived[index] = self.walks_arrive(of(part), part, bounces, round);
                     if arrived[index] {
                         let points = part.points.iter().take(KEPT);
@@ -268,7 +268,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Whether [`ARRIVALS`] of some walks from a part's points arrive.
-    fn walks_arrive(&self, receiver: &Receiver, part: &Part, bounces: f64, round: u64) -> bool {
+    fn walks_arrive(&self, receiver: &Receiver, part: &SpacePart, bounces: f64, round: u64) -> bool {
         let walks = (bounces / f64::from(LONG)).ceil() as usize;
         let arrives = |walk: &usize| {
             let mut stream = self.stream_of(part, 6 + (round << 32) + *walk as u64);
@@ -278,7 +278,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Random numbers for a part of space.
-    fn stream_of(&self, part: &Part, purpose: u64) -> Stream {
+    fn stream_of(&self, part: &SpacePart, purpose: u64) -> Stream {
         self.seed.branch(purpose).branch(part.receiver as u64).stream(u64::from(part.points[0]))
     }
 }

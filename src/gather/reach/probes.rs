@@ -1,16 +1,17 @@
 //! Narrow openings, found where they are: at the rims of faces.
 //!
-//! A point just beside a rim sees what is on both sides of the face, however small the opening is of which that rim is a
-//! part. If some of what it sees is lit, all of it is.
+//! A point just beside a rim sees what is on both sides of the face, however small the opening is of which that rim is
+//! a part. If some of what it sees is lit, all of it is.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Reach;
+use super::LightReach;
 use super::shells::Shells;
 
-/// Rims that are looked at, and how far off them, in the longest steps that rays start off surfaces.
-const MOST_RIMS: usize = 4096;
+/// Rims that are examined, and the distance of the point beside them, in the longest steps that rays start off
+/// surfaces.
+const MAX_RIMS: usize = 4096;
 const OFF: f32 = 4.0;
 /// Rays from a point beside a rim, and how many of them must agree: more than can slip through cracks.
 const RAYS: usize = 32;
@@ -21,20 +22,20 @@ const MORE_TRIES: u32 = 32;
 /// Openings that light passes one after the other.
 const ROUNDS: u64 = 6;
 /// Points behind openings that are kept.
-const MOST_POINTS: usize = 8192;
+const MAX_POINTS: usize = 8192;
 
 /// What is seen from beside a rim.
-enum View {
+enum RimView {
     /// No light.
     Dark,
     /// Light: and these points, which were not known to be lit; and whether the ways out of the scene are.
     Lit(Vec<Vec3>, bool),
 }
 
-impl Reach<'_> {
+impl LightReach<'_> {
     /// Follows light through openings too narrow for walks.
-    pub(super) fn look_through_gaps(&mut self, shells: &Shells<'_>) {
-        let stride = shells.rims.len().div_ceil(MOST_RIMS).max(1);
+    pub(super) fn follow_gaps(&mut self, shells: &Shells<'_>) {
+        let stride = shells.rims.len().div_ceil(MAX_RIMS).max(1);
         let mut left: Vec<(usize, Vec3)> = shells
             .rims
             .iter()
@@ -43,13 +44,13 @@ impl Reach<'_> {
             .enumerate()
             .collect();
         for round in 0..ROUNDS {
-            let views: Vec<View> = left.par_iter().map(|&(rim, point)| self.view(rim, point, round)).collect();
+            let views: Vec<RimView> = left.par_iter().map(|&(rim, point)| self.view(rim, point, round)).collect();
             let (mut new, mut dark) = (Vec::new(), Vec::new());
             let was_open = self.open;
             for (rim, view) in left.into_iter().zip(views) {
                 match view {
-                    View::Dark => dark.push(rim),
-                    View::Lit(points, open) => {
+                    RimView::Dark => dark.push(rim),
+                    RimView::Lit(points, open) => {
                         new.extend(points);
                         self.open |= open;
                     }
@@ -57,7 +58,7 @@ impl Reach<'_> {
             }
             let changed = !new.is_empty() || self.open != was_open;
             self.through_gaps.extend(new);
-            self.through_gaps.truncate(MOST_POINTS);
+            self.through_gaps.truncate(MAX_POINTS);
             left = dark;
             if !changed {
                 break;
@@ -65,7 +66,7 @@ impl Reach<'_> {
         }
     }
 
-    fn view(&self, rim: usize, point: Vec3, round: u64) -> View {
+    fn view(&self, rim: usize, point: Vec3, round: u64) -> RimView {
         let mut stream = self.seed.branch(5).branch(round).stream(rim as u64);
         let ends: Vec<Option<Vec3>> = (0..RAYS).map(|_| self.landing(point, stream.on_sphere())).collect();
         let out = ends.iter().filter(|end| end.is_none()).count();
@@ -79,10 +80,10 @@ impl Reach<'_> {
             }
         }
         if lit < AGREE {
-            return View::Dark;
+            return RimView::Dark;
         }
         unlit.retain(|&end| !(0..MORE_TRIES).any(|attempt| self.sees_light(end, attempt, &mut stream)));
         let new = if unlit.len() < AGREE { Vec::new() } else { unlit };
-        View::Lit(new, out >= AGREE)
+        RimView::Lit(new, out >= AGREE)
     }
 }

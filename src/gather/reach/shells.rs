@@ -1,8 +1,8 @@
 //! Closed bodies of opaque faces: no light passes them, whatever else is in the scene.
 //!
-//! Faces that share edges, every edge an even number of times, part space in two: a ray from a point crosses them an odd
-//! number of times if the point is on another side than what is far away. Nothing is asked of their winding. A sheet that
-//! ends at such a body with a free rim is peeled off it first.
+//! Faces that share edges, every edge an even number of times, part space in two: a ray from a point crosses them an
+//! odd number of times if the point is on another side than what is far away. Their winding does not matter. A sheet
+//! that ends at such a body with a free rim is peeled off it first.
 
 use std::sync::OnceLock;
 
@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use crate::geometry::Mesh;
 use crate::sets::Sets;
 
-/// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is tried.
+/// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is
+/// tried.
 const RIM: f64 = 1e-11;
 /// Directions along which crossings are counted, until one of them meets no rim.
 const DIRECTIONS: [[f64; 3]; 6] = [
@@ -23,8 +24,8 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.409_878_030_6, -0.614_817_045_9, -0.673_789_901_4],
     [-0.911_922_3, 0.105_221_8, 0.396_6],
 ];
-/// Triangles that may be looked at to learn whether a body holds all luminaires.
-const MOST_WORK: usize = 1_000_000_000;
+/// Triangles that may be tested to find whether a body holds all luminaires.
+const MAX_WORK: usize = 1_000_000_000;
 /// Cosine beyond which two faces count as one that goes on straight: no rim between them.
 const STRAIGHT: f64 = 0.25;
 
@@ -32,13 +33,13 @@ const STRAIGHT: f64 = 0.25;
 pub(super) struct Shells<'a> {
     mesh: &'a Mesh,
     /// The smallest first.
-    bodies: Vec<Body>,
-    /// Middles of edges at which a face ends, and of those at which two meet at an angle; and the direction that leads away
-    /// from the faces.
+    bodies: Vec<ClosedBody>,
+    /// Middles of edges at which a face ends, and of those at which two meet at an angle; and the direction that leads
+    /// away from the faces.
     pub(super) rims: Vec<(Vec3, Vec3)>,
 }
 
-struct Body {
+struct ClosedBody {
     triangles: Vec<u32>,
     low: DVec3,
     high: DVec3,
@@ -50,10 +51,10 @@ impl<'a> Shells<'a> {
     /// Finds the closed bodies among the faces whose material is opaque. Cost: that of sorting all edges.
     pub(super) fn of(mesh: &'a Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Self {
         let welded = weld(mesh, is_opaque);
-        let edges = Edges::of(&welded);
+        let edges = FaceEdges::of(&welded);
         let rims = edges.rims(mesh, &welded);
-        let mut bodies: Vec<Body> =
-            edges.closed(&welded).into_iter().map(|faces| Body::new(mesh, &welded, &faces)).collect();
+        let mut bodies: Vec<ClosedBody> =
+            edges.closed(&welded).into_iter().map(|faces| ClosedBody::new(mesh, &welded, &faces)).collect();
         bodies.sort_by_key(|body| body.triangles.len());
         Self { mesh, bodies, rims }
     }
@@ -62,9 +63,9 @@ impl<'a> Shells<'a> {
     pub(super) fn shut_off(&self, point: Vec3, lamps: &[Vec3]) -> bool {
         self.bodies.iter().any(|body| match body.contains(self.mesh, point) {
             Some(true) => lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(false)),
-            // One thread finds out: who waits for others here might be given the same question.
+            // One thread computes it: a thread that waited here for others could be given the same task by the pool.
             Some(false) => *body.holds_lamps.get_or_init(|| {
-                body.triangles.len().saturating_mul(lamps.len()) <= MOST_WORK
+                body.triangles.len().saturating_mul(lamps.len()) <= MAX_WORK
                     && lamps.iter().all(|&lamp| body.contains(self.mesh, lamp) == Some(true))
             }),
             None => false,
@@ -72,8 +73,8 @@ impl<'a> Shells<'a> {
     }
 }
 
-impl Body {
-    fn new(mesh: &Mesh, welded: &[Face], faces: &[u32]) -> Self {
+impl ClosedBody {
+    fn new(mesh: &Mesh, welded: &[OpaqueFace], faces: &[u32]) -> Self {
         let triangles: Vec<u32> = faces.iter().map(|&face| welded[face as usize].number).collect();
         let corners = || triangles.iter().flat_map(|&number| mesh.corners(number as usize));
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
@@ -114,13 +115,13 @@ fn crosses([a, b, c]: [DVec3; 3], towards: DVec3) -> Option<bool> {
 }
 
 /// An opaque triangle between welded corners, and its number in the mesh.
-struct Face {
+struct OpaqueFace {
     number: u32,
     corners: [u32; 3],
 }
 
 /// Opaque faces; corners at the same place get the same number. Triangles that have no three places are left out.
-fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
+fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<OpaqueFace> {
     let key = |vertex: u32| mesh.vertices[vertex as usize].map(|x| (x + 0.0).to_bits()); // −0 is 0
     let mut order: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     order.par_sort_unstable_by_key(|&vertex| (key(vertex), vertex));
@@ -132,25 +133,25 @@ fn weld(mesh: &Mesh, is_opaque: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
         let corners = mesh.triangles[number].map(|vertex| first[vertex as usize]);
         let [a, b, c] = corners;
         let counts = a != b && b != c && c != a && is_opaque(mesh.material_of[number] as usize);
-        counts.then_some(Face { number: number as u32, corners })
+        counts.then_some(OpaqueFace { number: number as u32, corners })
     };
     (0..mesh.triangles.len()).into_par_iter().filter_map(face).collect()
 }
 
 /// Every edge with the faces that use it.
-struct Edges {
+struct FaceEdges {
     /// Corners of the edge and a face, sorted.
     uses: Vec<([u32; 2], u32)>,
     /// Where the uses of each edge start, and their end.
     starts: Vec<u32>,
 }
 
-impl Edges {
-    fn of(faces: &[Face]) -> Self {
+impl FaceEdges {
+    fn of(faces: &[OpaqueFace]) -> Self {
         let mut uses: Vec<([u32; 2], u32)> = faces
             .par_iter()
             .enumerate()
-            .flat_map_iter(|(face, Face { corners: [a, b, c], .. })| {
+            .flat_map_iter(|(face, OpaqueFace { corners: [a, b, c], .. })| {
                 [[a, b], [b, c], [c, a]].map(|[from, to]| ([*from.min(to), *from.max(to)], face as u32))
             })
             .collect();
@@ -169,9 +170,9 @@ impl Edges {
         &self.uses[self.starts[edge] as usize..self.starts[edge + 1] as usize]
     }
 
-    /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are peeled
-    /// off, one after the other.
-    fn closed(&self, faces: &[Face]) -> Vec<Vec<u32>> {
+    /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are
+    /// peeled off, one after the other.
+    fn closed(&self, faces: &[OpaqueFace]) -> Vec<Vec<u32>> {
         let stays = self.peeled(faces.len());
         let mut sets = Sets::new(faces.len());
         let left = |edge: usize| self.uses(edge).iter().map(|&(_, face)| face).filter(|&face| stays[face as usize]);
@@ -222,7 +223,7 @@ impl Edges {
     }
 
     /// See [`Shells::rims`]; free edges first.
-    fn rims(&self, mesh: &Mesh, faces: &[Face]) -> Vec<(Vec3, Vec3)> {
+    fn rims(&self, mesh: &Mesh, faces: &[OpaqueFace]) -> Vec<(Vec3, Vec3)> {
         let place = |corner: u32| DVec3::from(mesh.vertices[corner as usize].map(f64::from));
         let rim = |edge: usize| {
             let uses = self.uses(edge);

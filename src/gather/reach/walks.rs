@@ -3,26 +3,27 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Part, Reach};
+use super::{LightReach, SpacePart};
+use crate::gather::JUST_BEFORE;
 use crate::gather::receiver::Receiver;
 use crate::photon::emit::Front;
 use crate::random::Stream;
 
-/// Walks from the luminaires, the most bounces of each, and how many of them must get out for the scene to be open: more than
-/// can slip through cracks.
+/// Walks from the luminaires, the most bounces of each, and how many of them must get out for the scene to be open:
+/// more than can slip through cracks.
 const OUTWARD_WALKS: u64 = 2048;
 const OUTWARD: u32 = 16;
 const OPEN_WALKS: usize = 8;
 /// Sheets of glass that a straight way may pass.
-const MOST_GLASS: u32 = 16;
+const MAX_GLASS: u32 = 16;
 /// Walks that measure a cavity, and their legs.
 const PILOTS: u32 = 16;
 const PILOT_LEGS: u32 = 16;
 /// Points of a luminaire where its light starts, for the question which bodies hold it: more for one of many pieces.
 const LAMP_POINTS: usize = 4;
-const MOST_LAMP_POINTS: usize = 1024;
+const MAX_LAMP_POINTS: usize = 1024;
 
-impl Reach<'_> {
+impl LightReach<'_> {
     /// Sends walks from the luminaires: where they come to is lit, and they tell whether light gets out.
     pub(super) fn send_out(&mut self) {
         if self.fronts.is_empty() {
@@ -52,7 +53,7 @@ impl Reach<'_> {
     /// Points of all luminaires where their light starts.
     pub(super) fn lamp_points(&self) -> Vec<Vec3> {
         let of = |front: &Front| {
-            let count = front.pieces().clamp(LAMP_POINTS, MOST_LAMP_POINTS);
+            let count = front.pieces().clamp(LAMP_POINTS, MAX_LAMP_POINTS);
             let at = |i: usize| {
                 let choice = (i as f32 + 0.5) / count as f32;
                 let [u, v] = [0.618_034, 0.754_877_7].map(|step: f32| (0.5 + i as f32 * step).fract());
@@ -80,7 +81,7 @@ impl Reach<'_> {
     }
 
     /// Root mean square of the legs of some walks from a part of space, m: how large it is.
-    pub(super) fn cavity(&self, receiver: &Receiver, part: &Part) -> f64 {
+    pub(super) fn cavity(&self, receiver: &Receiver, part: &SpacePart) -> f64 {
         let mut stream = self.stream_of(part, 3);
         let (mut sum, mut legs) = (0.0, 0.0_f64);
         for walk in 0..PILOTS {
@@ -136,7 +137,7 @@ impl Reach<'_> {
         let to = target - from;
         let distance = to.length();
         let from_front = front.is_point() || to.dot(normal) < 0.0;
-        let reach = if front.is_point() { distance * (1.0 - 1e-5) } else { distance };
+        let reach = if front.is_point() { distance * JUST_BEFORE as f32 } else { distance };
         distance > 0.0 && from_front && self.passes(from, to / distance, reach)
     }
 
@@ -148,7 +149,7 @@ impl Reach<'_> {
 
     /// Whether a straight way of `reach` (m) is free but for glass.
     pub(super) fn passes(&self, mut from: Vec3, direction: Vec3, mut reach: f32) -> bool {
-        for _ in 0..MOST_GLASS {
+        for _ in 0..MAX_GLASS {
             match self.caster.closest_hit(from, direction, reach) {
                 None => return true,
                 Some(hit) if self.clear[hit.material as usize] => {
@@ -163,7 +164,7 @@ impl Reach<'_> {
 
     /// Where a ray from a point ends, just off what it met beyond glass; `None` if it leaves the scene.
     pub(super) fn landing(&self, mut from: Vec3, direction: Vec3) -> Option<Vec3> {
-        for _ in 0..MOST_GLASS {
+        for _ in 0..MAX_GLASS {
             let hit = self.caster.closest_hit(from, direction, f32::INFINITY)?;
             if !self.clear[hit.material as usize] {
                 return Some(hit.leave(-direction));

@@ -1,13 +1,13 @@
 //! Smoothing of cells in which photons were counted.
 //!
-//! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons' squares,
-//! and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light has edges:
-//! a window counts only where it agrees with what narrower ones say of this very cell, and what blur its neighbourhood
-//! shows is claimed there and not spread far.
+//! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons'
+//! squares, and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light
+//! has edges: a window counts only where it agrees with what narrower ones say of this very cell, and what blur its
+//! neighbourhood shows is claimed there and not spread far.
 
 use rayon::prelude::*;
 
-use super::fit::{Fit, Sums};
+use super::fit::{Fit, FitSums};
 use super::{Smoother, WINDOWS, box_means};
 use crate::flux::photometric;
 use crate::gather::density::Estimate;
@@ -20,13 +20,13 @@ const BLUR_POOL: usize = 4;
 /// How many σ a window's fit may differ from a narrower one's.
 const DOUBT: f64 = 3.0;
 
-/// Blur's squared share of the noise where windows are chosen by their risk: twice that of rays, since light that is counted has
-/// edges, and the risk is pooled over fewer cells.
+/// Blur's squared share of the noise where windows are chosen by their risk: twice that of rays, since light that is
+/// counted has edges, and the risk is pooled over fewer cells.
 const BLUR_AT_LEAST_RISK: f64 = 1.0;
 
 /// Cells to each side over which smoothing keeps the flux, and the most by which it is set right.
 const FLUX_POOL: usize = 10;
-const MOST_RESTORED: f64 = 1.25;
+const MAX_RESTORED: f64 = 1.25;
 
 /// What was done to the counts of a cell: to be done to its parts.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +39,7 @@ pub struct Smoothed {
 
 /// What one window says of a cell.
 #[derive(Clone, Copy)]
-struct Counted<const C: usize> {
+struct CountFit<const C: usize> {
     fit: Fit<C>,
     /// Its variance, from the variance of each cell in it.
     variance: f64,
@@ -49,8 +49,8 @@ impl Smoother {
     /// The estimate at every cell with its neighbours' help, and its variance, blur included. `raw` is what the cells
     /// counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each, lx.
     ///
-    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the cells
-    /// about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
+    /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the
+    /// cells about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
     pub fn smooth_counts<const C: usize>(
         &self,
         raw: &[Estimate<C>],
@@ -58,11 +58,11 @@ impl Smoother {
         has_value: &[bool],
         chosen: &mut Vec<Smoothed>,
     ) -> Vec<Estimate<C>> {
-        let fits: Vec<[Counted<C>; WINDOWS.len()]> = (0..raw.len())
+        let fits: Vec<[CountFit<C>; WINDOWS.len()]> = (0..raw.len())
             .into_par_iter()
             .with_min_len(64)
             .map_init(Vec::new, |reached, point| {
-                if has_value[point] { self.counted_fits(point, raw, reached) } else { [Counted::NONE; WINDOWS.len()] }
+                if has_value[point] { self.counted_fits(point, raw, reached) } else { [CountFit::NONE; WINDOWS.len()] }
             })
             .collect();
         let risks: Vec<Vec<f64>> = (0..WINDOWS.len())
@@ -100,7 +100,7 @@ impl Smoother {
                 if !has_value[point] {
                     return Estimate::DARK;
                 }
-                let Counted { fit, variance } = fits[point][best[point]];
+                let CountFit { fit, variance } = fits[point][best[point]];
                 let blur = if best[point] == 0 { 0.0 } else { blur[point].max(BLUR_AT_LEAST_RISK * variance) };
                 // Where no photon was met the noise is that of the light about, or of one photon there that was missed.
                 let about = level[point].max(quantum(point) / ABOUT);
@@ -118,7 +118,7 @@ impl Smoother {
     fn restored<const C: usize>(
         &self,
         raw: &[Estimate<C>],
-        fits: &[[Counted<C>; WINDOWS.len()]],
+        fits: &[[CountFit<C>; WINDOWS.len()]],
         best: &[usize],
         has_value: &[bool],
     ) -> Vec<f32> {
@@ -128,19 +128,19 @@ impl Smoother {
             [counted, fitted].map(|values| box_means(&values, has_value, [self.columns, self.rows], FLUX_POOL));
         let ratio = |(counted, fitted): (&f64, &f64)| {
             let ratio = if *fitted > 0.0 { counted / fitted } else { 1.0 };
-            ratio.clamp(1.0 / MOST_RESTORED, MOST_RESTORED) as f32
+            ratio.clamp(1.0 / MAX_RESTORED, MAX_RESTORED) as f32
         };
         counted.iter().zip(&fitted).map(ratio).collect()
     }
 
     /// Squared blur of the windows chosen: their squared difference to rougher ones, less what noise makes of it; over
     /// the cells nearby that are smoothed at all.
-    fn blur<const C: usize>(&self, fits: &[[Counted<C>; WINDOWS.len()]], best: &[usize]) -> Vec<f64> {
+    fn blur<const C: usize>(&self, fits: &[[CountFit<C>; WINDOWS.len()]], best: &[usize]) -> Vec<f64> {
         let excess = |point: usize| {
             let fits = &fits[point];
             let chosen = &fits[best[point]];
-            let rougher = |counted: &&Counted<C>| counted.fit.squares >= super::YARDSTICK * chosen.fit.squares;
-            let by_squares = |a: &&Counted<C>, b: &&Counted<C>| a.fit.squares.total_cmp(&b.fit.squares);
+            let rougher = |counted: &&CountFit<C>| counted.fit.squares >= super::YARDSTICK * chosen.fit.squares;
+            let by_squares = |a: &&CountFit<C>, b: &&CountFit<C>| a.fit.squares.total_cmp(&b.fit.squares);
             let yardstick = fits.iter().filter(rougher).min_by(by_squares).unwrap_or(&fits[0]);
             let off = chosen.fit.photometric() - yardstick.fit.photometric();
             off * off - (yardstick.variance - chosen.variance).max(0.0)
@@ -157,13 +157,13 @@ impl Smoother {
         point: usize,
         raw: &[Estimate<C>],
         reached: &mut Vec<Option<usize>>,
-    ) -> [Counted<C>; WINDOWS.len()] {
-        let mut fits = [Counted::NONE; WINDOWS.len()];
+    ) -> [CountFit<C>; WINDOWS.len()] {
+        let mut fits = [CountFit::NONE; WINDOWS.len()];
         reached.clear();
-        let mut sums = Sums::new();
+        let mut sums = FitSums::new();
         for (counted, window) in fits.iter_mut().zip(&self.windows) {
             if self.gates.open(point, window.half) {
-                *counted = Counted {
+                *counted = CountFit {
                     fit: self.open_fit(point, window, raw),
                     variance: self.open_variance(point, window, raw),
                 };
@@ -176,7 +176,7 @@ impl Smoother {
             let parts = in_reach.filter_map(|(offset, there)| {
                 there.map(|there| offset.weight(window, &row).powi(2) * raw[there].variance)
             });
-            *counted = Counted { fit, variance: parts.sum() };
+            *counted = CountFit { fit, variance: parts.sum() };
         }
         fits
     }
@@ -195,13 +195,13 @@ impl Smoother {
     }
 }
 
-impl<const C: usize> Counted<C> {
+impl<const C: usize> CountFit<C> {
     const NONE: Self = Self { fit: Fit::NONE, variance: 0.0 };
 }
 
-/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that they
-/// would have in its light.
-fn agrees<const C: usize>(fits: &[Counted<C>; WINDOWS.len()], window: usize, quantum: f64) -> bool {
+/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that
+/// they would have in its light.
+fn agrees<const C: usize>(fits: &[CountFit<C>; WINDOWS.len()], window: usize, quantum: f64) -> bool {
     let wide = &fits[window];
     if wide.fit.value.iter().any(|value| *value < 0.0) {
         return false;

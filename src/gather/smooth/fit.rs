@@ -1,4 +1,5 @@
-//! Polynomials fitted to the neighbours of a point by least squares, over windows of several sizes at once: pure mathematics.
+//! Polynomials fitted to the neighbours of a point by least squares, over windows of several sizes at once: pure
+//! mathematics.
 
 use std::collections::HashMap;
 
@@ -40,7 +41,7 @@ pub(super) struct Offset {
 }
 
 impl Offset {
-    /// What the value there counts in a window's fit, `row` being that of [`Sums::row`].
+    /// What the value there counts in a window's fit, `row` being that of [`FitSums::row`].
     pub(super) fn weight(&self, window: &Window, row: &[f64; TERMS]) -> f64 {
         let terms = &self.monomials[0][..TERMS];
         let distance_squared = self.monomials[1][0];
@@ -82,7 +83,7 @@ impl Window {
         let most = |axis: usize| offsets.iter().map(|offset| offset.step[axis].unsigned_abs() as usize).max();
         let half = [0, 1].map(|axis| most(axis).unwrap_or(0));
         let mut window = Self { degree, sharpness, half, count, weights: Vec::new(), squares: 0.0 };
-        let mut sums = Sums::<1>::new();
+        let mut sums = FitSums::<1>::new();
         offsets.iter().for_each(|offset| sums.add(offset, &[0.0]));
         let row = sums.row(&window);
         let width = 2 * half[0] + 1;
@@ -97,14 +98,14 @@ impl Window {
 }
 
 /// Sums over the neighbours seen, from which the fit under every kernel of the kind 1 − s·d² follows.
-pub(super) struct Sums<const C: usize> {
+pub(super) struct FitSums<const C: usize> {
     /// Of the monomials, times 1, d² and d⁴.
     pub(super) moments: [[f64; MONOMIALS]; 3],
     /// Of values times terms, times 1 and d².
     pub(super) values: [[[f64; TERMS]; 2]; C],
 }
 
-impl<const C: usize> Sums<C> {
+impl<const C: usize> FitSums<C> {
     pub(super) fn new() -> Self {
         Self { moments: [[0.0; MONOMIALS]; 3], values: [[[0.0; TERMS]; 2]; C] }
     }
@@ -240,7 +241,12 @@ pub(super) fn offsets(cell: [f32; 2]) -> Vec<Offset> {
     offsets
 }
 
-/// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's decomposition; `None` where it is nearly singular.
+/// A pivot below this part of its diagonal element makes a matrix nearly singular: the neighbours do not bear the
+/// degree.
+const SINGULAR: f64 = 1e-4;
+
+/// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's
+/// decomposition; `None` where it is nearly singular.
 pub(super) fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Option<[f64; 6]> {
     let mut lower = [[0.0; 6]; 6];
     for row in 0..size {
@@ -248,7 +254,7 @@ pub(super) fn first_row_of_inverse(matrix: &[[f64; 6]; 6], size: usize) -> Optio
             let sum: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
             let rest = matrix[column][row] - sum;
             if row == column {
-                if rest <= 1e-4 * matrix[row][row] {
+                if rest <= SINGULAR * matrix[row][row] {
                     return None;
                 }
                 lower[row][row] = rest.sqrt();
@@ -278,7 +284,7 @@ mod tests {
     fn fitted(degree: Degree, radius: f32, keep: impl Fn(f64, f64) -> bool, value: impl Fn(f64, f64) -> f64) -> f64 {
         let offsets = offsets([1.0, 1.0]);
         let window = Window::new(degree, radius, &offsets);
-        let mut sums = Sums::<1>::new();
+        let mut sums = FitSums::<1>::new();
         for offset in &offsets[..window.count] {
             let [x, y] = offset.step.map(f64::from);
             if keep(x, y) {
@@ -324,7 +330,7 @@ mod tests {
         let offsets = offsets([1.0, 0.7]);
         for (degree, radius) in WINDOWS {
             let window = Window::new(degree, radius, &offsets);
-            let mut sums = Sums::<1>::new();
+            let mut sums = FitSums::<1>::new();
             offsets[..window.count].iter().for_each(|offset| sums.add(offset, &[1.0]));
             let fit = sums.fit(&window);
             assert!((f64::from(fit.squares) / window.squares - 1.0).abs() < 1e-4, "{degree:?}, {radius}");

@@ -11,8 +11,8 @@ use crate::state::tape::Tape;
 
 /// Independent parts of the samples of a map, whose scatter is the noise: neighbours' scatter is pooled.
 pub const MAP_BATCHES: usize = 8;
-/// Those of points without neighbours, each of which has nothing but its own batches to know its noise by: with 16, what
-/// is within two standard errors is 93.6 % (Student's t) where a known one has 95.4 %.
+/// Those of points without neighbours, each of which has nothing but its own batches to know its noise by: with 16,
+/// what is within two standard errors is 93.6 % (Student's t) where a known one has 95.4 %.
 pub const POINT_BATCHES: usize = 16;
 
 /// Samples at each point of a receiver, in batches.
@@ -81,7 +81,7 @@ impl<const C: usize> Samples<C> {
         });
     }
 
-    /// Hands its sums over.
+    /// Writes its sums to `tape`, or reads them from it.
     pub fn exchange(&mut self, tape: &mut Tape<'_>) -> io::Result<()> {
         self.counts.iter_mut().try_for_each(|count| tape.count(count))?;
         tape.sums(self.sums.as_flattened_mut())?;
@@ -100,8 +100,8 @@ impl<const C: usize> Samples<C> {
         points.flat_map_iter(|point| (0..*width).map(move |i| mean(point, i))).collect()
     }
 
-    /// Variance of the photometric mean of a light group at a point, from the batches' scatter and their number; 0 where
-    /// batches are not kept.
+    /// Variance of the photometric mean of a light group at a point, from the batches' scatter and their number; 0
+    /// where batches are not kept.
     pub fn group_variance(&self, point: usize, group: usize) -> f64 {
         let Some(GroupSamples { width, rows, sums }) = &self.groups else { return 0.0 };
         if *rows != self.batches() {
@@ -145,9 +145,9 @@ impl<const C: usize> Samples<C> {
         scatter / (batches * (batches - 1.0)).max(1.0)
     }
 
-    /// Variance of Σ weight · mean over points (photometric), from the scatter of the batches: so what the points have in
-    /// common, the photons behind their records, counts in full. Wider by what a scatter of few batches may miss: the
-    /// variance of Student's t.
+    /// Variance of Σ weight · mean over points (photometric), from the scatter of the batches: so what the points have
+    /// in common, the photons behind their records, counts in full. Wider by what a scatter of few batches may miss:
+    /// the variance of Student's t.
     pub fn variance_of_sum(&self, weighted: &[(usize, f64)]) -> f64 {
         let batch = |batch: usize| -> f64 {
             weighted.iter().map(|&(point, weight)| weight * self.batch_mean(point, batch)).sum()
@@ -200,9 +200,9 @@ pub fn mean_of(parts: &[f64]) -> (f64, f64) {
     (mean, scatter / (count * (count - 1.0)).max(1.0))
 }
 
-/// What a variance found from the scatter of a few batches is multiplied by, so that 68.27 % of errors are within its square
-/// root: the square of Student's t for that share, 1 + 1/(2 ν) + 1/(4 ν²) + 1/(16 ν³), with ν = `batches` − 1 degrees of
-/// freedom (Cornish & Fisher 1938; 1 % too low for ν = 1). 1 for fewer than two.
+/// What a variance found from the scatter of a few batches is multiplied by, so that 68.27 % of errors are within its
+/// square root: the square of Student's t for that share, 1 + 1/(2 ν) + 1/(4 ν²) + 1/(16 ν³), with ν = `batches` − 1
+/// degrees of freedom (Cornish & Fisher 1938; 1 % too low for ν = 1). 1 for fewer than two.
 pub fn few(batches: f64) -> f64 {
     if batches < 2.0 {
         return 1.0;

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use zip::ZipArchive;
 
-use self::product::{Output, Product};
+use self::product::{ArchiveContent, Product};
 use super::text::{decode, quoted};
 use super::{Choice, Photometry, formats, tm33};
 use crate::error::{InputError, Location};
@@ -66,7 +66,7 @@ pub(super) fn parse(path: &Path, content: &[u8], choice: &Choice) -> Result<Phot
 }
 
 /// A photometry with what the product says of it.
-fn finished(mut photometry: Photometry, product: &Product, output: &Output) -> Photometry {
+fn finished(mut photometry: Photometry, product: &Product, output: &ArchiveContent) -> Photometry {
     let computed = photometry.intensity.flux();
     let lamps = photometry.lamps.get(photometry.lamp_set);
     let of_lamps = lamps.and_then(|lamps| lamps.flux).filter(|flux| *flux > 0.0);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::select::{Bracket, count_at_most, kth_smallest};
 use super::simd::{LANES, Lanes, Lines, Mask, Work, dispatch};
-use super::{CHILDREN, KdTree, LEAF, Leaf, Level, Node, TOPS, VECTORS};
+use super::{CHILDREN, KdTree, LEAF, Leaf, Node, NodeLevel, TOPS, VECTORS};
 
 /// Photons below which a part isn't handed to another thread.
 const TASK: usize = 16_384;
@@ -205,7 +205,7 @@ fn bounds<L: Lanes>(lanes: L, numbers: &[f32]) -> [f32; 2] {
 }
 
 /// A value, and how many numbers are less than it and equal to it.
-struct Cut {
+struct MedianCut {
     value: f32,
     less: usize,
     equal: usize,
@@ -213,11 +213,11 @@ struct Cut {
 
 /// The k-th smallest of `count` numbers between `low` and `high`.
 #[inline(always)]
-fn cut<L: Lanes>(lanes: L, blocks: &[[f32; LANES]], k: usize, [low, high]: [f32; 2], count: usize) -> Cut {
+fn cut<L: Lanes>(lanes: L, blocks: &[[f32; LANES]], k: usize, [low, high]: [f32; 2], count: usize) -> MedianCut {
     let bracket = Bracket { low: low.next_down(), below: 0, high, upto: count };
     let value = kth_smallest(lanes, blocks, k, bracket).value;
     let [less, upto] = count_at_most(lanes, blocks, [value.next_down(), value]);
-    Cut { value, less, equal: upto - less }
+    MedianCut { value, less, equal: upto - less }
 }
 
 /// Moves the photons of the left side before the others; either side keeps its order.
@@ -243,31 +243,31 @@ fn partition<L: Lanes>(lanes: L, data: &mut Columns<'_>, spare: &mut Columns<'_>
 }
 
 /// The nodes above the leaves, the lowest level first and the root last.
-fn nodes(leaves: &[Leaf], count: usize) -> (Vec<Node>, Vec<Level>) {
-    let mut boxes: Vec<Bounds> = leaves
+fn nodes(leaves: &[Leaf], count: usize) -> (Vec<Node>, Vec<NodeLevel>) {
+    let mut boxes: Vec<NodeBox> = leaves
         .par_iter()
         .enumerate()
         .with_min_len(TASK / LEAF)
-        .map(|(index, leaf)| Bounds::of_leaf(leaf, (count - index * LEAF).min(LEAF)))
+        .map(|(index, leaf)| NodeBox::of_leaf(leaf, (count - index * LEAF).min(LEAF)))
         .collect();
     let (mut nodes, mut levels) = (Vec::new(), Vec::new());
     while levels.is_empty() || boxes.len() > TOPS {
-        levels.push(Level { first: nodes.len() as u32, children: boxes.len() as u32 });
-        nodes.extend(boxes.chunks(CHILDREN).map(Bounds::node));
-        boxes = boxes.chunks(CHILDREN).map(Bounds::around).collect();
+        levels.push(NodeLevel { first: nodes.len() as u32, children: boxes.len() as u32 });
+        nodes.extend(boxes.chunks(CHILDREN).map(NodeBox::node));
+        boxes = boxes.chunks(CHILDREN).map(NodeBox::around).collect();
     }
     (nodes, levels)
 }
 
 /// The box of some photons, m, and the area each of them has, m².
 #[derive(Clone, Copy)]
-struct Bounds {
+struct NodeBox {
     low: [f32; 3],
     high: [f32; 3],
     per_photon: f32,
 }
 
-impl Bounds {
+impl NodeBox {
     fn of_leaf(leaf: &Leaf, count: usize) -> Self {
         let end = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| {
             leaf.0[VECTORS * axis..][..VECTORS].as_flattened()[..count].iter().copied().fold(start, pick)

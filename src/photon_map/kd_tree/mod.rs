@@ -44,7 +44,7 @@ use rayon::prelude::*;
 pub use self::query::Scratch;
 use self::query::{Nearest, SumNearest, VisitNearest, VisitSixteen, VisitWithin};
 use self::simd::{LANES, Lines, Mask, dispatch};
-use super::{Block, BlockVisitor, Carried, NearestPhotons, NearestSum};
+use super::{BlockVisitor, Carried, NearestPhotons, NearestSum, PhotonBlock};
 use crate::flux::Flux;
 
 /// Photons of a leaf.
@@ -70,7 +70,7 @@ struct Node {
 
 /// The nodes that are equally far from the leaves.
 #[derive(Clone, Copy)]
-struct Level {
+struct NodeLevel {
     /// Where they begin.
     first: u32,
     /// How many children they have together.
@@ -85,7 +85,7 @@ pub struct KdTree {
     photons: Vec<u32>,
     /// Level by level, the leaves' parents first.
     nodes: Vec<Node>,
-    levels: Vec<Level>,
+    levels: Vec<NodeLevel>,
 }
 
 impl NearestPhotons for KdTree {
@@ -184,6 +184,6 @@ struct WithFlux<'a, V, const C: usize> {
 impl<V: BlockVisitor<C>, const C: usize> VisitSixteen for WithFlux<'_, V, C> {
     #[inline(always)]
     fn visit(&mut self, place: usize, offset: &[[f32; LANES]; 3], distance_squared: &[f32; LANES], _: Mask) {
-        self.visitor.visit(&Block { offset, distance_squared, flux: &self.flux[place].0 });
+        self.visitor.visit(&PhotonBlock { offset, distance_squared, flux: &self.flux[place].0 });
     }
 }

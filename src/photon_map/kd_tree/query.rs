@@ -34,7 +34,7 @@ struct Pending {
 }
 
 /// How the nearest photons were found.
-enum Found {
+enum NearestFound {
     /// They are those of the leaves reached that lie within this squared distance.
     Within { farthest: f32, count: usize },
     /// They are listed in `Scratch::found`.
@@ -134,7 +134,7 @@ impl Nearest<'_> {
     /// photons crowd (too many leaves) or thin out (too many tries), searches leaf by leaf instead. `None` if there is
     /// nothing to be found.
     #[inline(always)]
-    fn find<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) -> Option<Found> {
+    fn find<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) -> Option<NearestFound> {
         let Self { tree, at, radius, .. } = *self;
         let k = self.k.min(tree.count);
         let limit = (radius * radius).min(FARTHEST);
@@ -162,12 +162,12 @@ impl Nearest<'_> {
                 if kth.upto > k {
                     break; // photons equally far: only some of them are wanted
                 }
-                return Some(Found::Within { farthest: kth.value, count: k });
+                return Some(NearestFound::Within { farthest: kth.value, count: k });
             }
             spread *= (1.5 * k as f32 / count as f32).clamp(1.6, 16.0);
         }
         tree.search(lanes, point, k, limit, scratch);
-        Some(Found::Listed)
+        Some(NearestFound::Listed)
     }
 }
 
@@ -291,10 +291,10 @@ impl<F: FnMut(usize, f32)> Work for VisitNearest<'_, F> {
         let photons = &nearest.tree.photons;
         match nearest.find(lanes, scratch) {
             None => {}
-            Some(Found::Listed) => {
+            Some(NearestFound::Listed) => {
                 scratch.found.iter().for_each(|&(distance, place)| visit(photons[place as usize] as usize, distance));
             }
-            Some(Found::Within { farthest, .. }) => {
+            Some(NearestFound::Within { farthest, .. }) => {
                 let farthest = lanes.splat(farthest);
                 for (&leaf, distances) in scratch.reached.iter().zip(&scratch.distances) {
                     let photons = &photons[leaf as usize * LEAF..][..LEAF];
@@ -324,7 +324,7 @@ impl<const C: usize> Work for SumNearest<'_, C> {
         let mut sum = NearestSum { count: 0, flux: [0.0; C], radius_squared: 0.0 };
         match nearest.find(lanes, scratch) {
             None => {}
-            Some(Found::Listed) => {
+            Some(NearestFound::Listed) => {
                 sum.count = scratch.found.len();
                 for &(distance, place) in &scratch.found {
                     sum.radius_squared = sum.radius_squared.max(distance);
@@ -332,7 +332,7 @@ impl<const C: usize> Work for SumNearest<'_, C> {
                     (0..C).for_each(|channel| sum.flux[channel] += f64::from(flux[block].0[channel][lane]));
                 }
             }
-            Some(Found::Within { farthest, count }) => {
+            Some(NearestFound::Within { farthest, count }) => {
                 let limit = lanes.splat(farthest);
                 let mut sums = [lanes.zero(); C];
                 for (&leaf, distances) in scratch.reached.iter().zip(&scratch.distances) {

@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::error::{Error, InputError, Location, OptionError};
 use crate::files;
 use crate::files::stems;
-use crate::gather::direct::emitter::MOST_POLYGONS;
+use crate::gather::direct::emitter::MAX_POLYGONS;
 use crate::luminaire::{Luminaire, Opening};
 use crate::progress::Progress;
 use crate::render::plan::{Method, Plan};
@@ -90,7 +90,7 @@ fn compute(scene: &Scene, seed: u64, progress: &dyn Progress) -> Result<Vec<Refe
 /// other where all lie in one plane.
 fn has_closed_form(scene: &Scene) -> bool {
     let sampled = |lamp: &Luminaire| match &lamp.opening {
-        Opening::Triangles(all) => all.len() > MOST_POLYGONS,
+        Opening::Triangles(all) => all.len() > MAX_POLYGONS,
         Opening::Body(_) => true,
         opening => lamp.measured().is_some() && opening.flat().is_some(),
     };

@@ -49,7 +49,7 @@ struct Variant {
 
 /// What is read of the archive.
 #[derive(Clone, Debug)]
-pub(super) struct Output {
+pub(super) struct ArchiveContent {
     pub(super) file: String,
     /// Of the luminaire, lm.
     pub(super) flux: Option<f64>,
@@ -62,7 +62,7 @@ pub(super) struct Output {
     pub(super) notes: Vec<String>,
 }
 
-impl Output {
+impl ArchiveContent {
     fn is_same_as(&self, other: &Self, flux_counts: bool) -> bool {
         self.file == other.file && (!flux_counts || (self.flux, self.lamp_flux) == (other.flux, other.lamp_flux))
     }
@@ -227,7 +227,7 @@ impl Product {
     }
 
     /// The file to read, and what else counts.
-    pub(super) fn choose(&self, path: &Path, choice: &Choice) -> Result<Output, InputError> {
+    pub(super) fn choose(&self, path: &Path, choice: &Choice) -> Result<ArchiveContent, InputError> {
         match &choice.variant {
             Some(variant) => self.named(path, variant, choice),
             None => self.only(path, choice),
@@ -251,7 +251,7 @@ impl Product {
         listed(names.iter().map(String::as_str))
     }
 
-    fn named(&self, path: &Path, wanted: &Chosen<String>, choice: &Choice) -> Result<Output, InputError> {
+    fn named(&self, path: &Path, wanted: &Chosen<String>, choice: &Choice) -> Result<ArchiveContent, InputError> {
         let name = wanted.value.trim();
         let matches = |same: fn(&str, &str) -> bool| {
             self.lit().filter(|variant| variant.names.iter().any(|own| same(own, name))).collect::<Vec<_>>()
@@ -267,7 +267,7 @@ impl Product {
         let Some((first, others)) = found.split_first() else {
             let files = self.files.values().filter_map(|file| file.as_deref().ok());
             return match files.into_iter().find(|file| file.eq_ignore_ascii_case(name)) {
-                Some(file) => Ok(Output {
+                Some(file) => Ok(ArchiveContent {
                     file: file.to_owned(),
                     flux: None,
                     lamp_flux: None,
@@ -290,13 +290,13 @@ impl Product {
     }
 
     /// The one light that all variants have.
-    fn only(&self, path: &Path, choice: &Choice) -> Result<Output, InputError> {
+    fn only(&self, path: &Path, choice: &Choice) -> Result<ArchiveContent, InputError> {
         if self.lit().next().is_none() {
             return self.only_photometry(path);
         }
         let mut outputs = self.lit().map(|variant| self.output(path, variant, choice));
         let first = outputs.next().transpose();
-        let alike = |output: Result<Output, InputError>| match (&first, output) {
+        let alike = |output: Result<ArchiveContent, InputError>| match (&first, output) {
             (Ok(Some(first)), Ok(output)) => output.is_same_as(first, !choice.flux_is_told),
             _ => false,
         };
@@ -315,11 +315,11 @@ impl Product {
     }
 
     /// The one photometry of a product without variants that shine.
-    fn only_photometry(&self, path: &Path) -> Result<Output, InputError> {
+    fn only_photometry(&self, path: &Path) -> Result<ArchiveContent, InputError> {
         let refuse = |found: String, expected: String| Err(InputError::new(Location::file(path), found, expected));
         let mut files = self.photometries.iter().filter_map(|id| self.files.get(id));
         match (files.next(), files.next()) {
-            (Some(Ok(file)), None) => Ok(Output {
+            (Some(Ok(file)), None) => Ok(ArchiveContent {
                 file: file.clone(),
                 flux: None,
                 lamp_flux: None,
@@ -340,7 +340,7 @@ impl Product {
     }
 
     /// What a variant's light is.
-    fn output(&self, path: &Path, variant: &Variant, choice: &Choice) -> Result<Output, InputError> {
+    fn output(&self, path: &Path, variant: &Variant, choice: &Choice) -> Result<ArchiveContent, InputError> {
         let name = variant.names.first().cloned().unwrap_or_default();
         let refuse = |found: String, expected: &str| {
             let error = InputError::new(Location::file(path), format!("variant {}, {found}", quoted(&name)), expected);
@@ -373,7 +373,7 @@ impl Product {
             return refuse(format!("with a light source of {} channels", light.photometries.len()), "one channel");
         };
         match self.files.get(photometry) {
-            Some(Ok(file)) => Ok(Output {
+            Some(Ok(file)) => Ok(ArchiveContent {
                 file: file.clone(),
                 flux: light.flux,
                 lamp_flux: light.lamp_flux,

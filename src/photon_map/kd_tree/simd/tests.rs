@@ -1,9 +1,11 @@
+//! Every instruction set computes the same bits.
+
 use std::cell::Cell;
 
 use super::super::KdTree;
 use super::*;
 use crate::flux::Flux;
-use crate::photon_map::{Block, BlockVisitor, NearestPhotons, PhotonMap};
+use crate::photon_map::{BlockVisitor, NearestPhotons, PhotonBlock, PhotonMap};
 use crate::random::Seed;
 
 #[cfg(target_arch = "x86_64")]
@@ -19,10 +21,10 @@ thread_local! {
 /// Bits of the squared distances and of the flux.
 type Bits = ([u32; LANES], [[u32; LANES]; 3]);
 
-struct Keep<'a>(&'a mut Vec<Bits>);
+struct KeepBits<'a>(&'a mut Vec<Bits>);
 
-impl BlockVisitor<3> for Keep<'_> {
-    fn visit(&mut self, block: &Block<'_, 3>) {
+impl BlockVisitor<3> for KeepBits<'_> {
+    fn visit(&mut self, block: &PhotonBlock<'_, 3>) {
         let flux = block.flux.map(|flux| flux.map(f32::to_bits));
         self.0.push((block.distance_squared.map(f32::to_bits), flux));
     }
@@ -60,7 +62,7 @@ fn all_instruction_sets_give_the_same_bits() {
                 map.tree().visit_nearest(at, k, 1.5, &mut scratch, visit);
             }
             map.tree().visit_within(at, 0.3, &mut scratch, |photon, d| visited.push((photon, d.to_bits())));
-            map.visit_blocks(at, 0.3, &mut scratch, &mut Keep(&mut blocks));
+            map.visit_blocks(at, 0.3, &mut scratch, &mut KeepBits(&mut blocks));
         }
         (sums, visited, blocks)
     };

@@ -5,8 +5,8 @@ use std::path::Path as Folder;
 
 use crate::error::Error;
 use crate::flux::Flux;
-use crate::gather::density::{Search, local_linear, paper};
-use crate::gather::surroundings::Surroundings;
+use crate::gather::density::{SearchLimits, local_linear, paper};
+use crate::gather::visible::VisiblePolygon;
 use crate::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, Paper, PhotonMap};
 use crate::render::plan::Method::{Gather, Photons, Seed, Split};
 use crate::study::check::cases::{CUBE, FLUX, cube};
@@ -51,10 +51,10 @@ pub(super) fn cases() -> Vec<Case> {
 fn coincident<T: NearestPhotons>(_: &Folder) -> Result<CaseResult, Error> {
     let (count, k, floor, flux) = (200, 100, 1e-3_f32, 0.5_f32);
     let map: PhotonMap<T, 1> = PhotonMap::build(vec![[0.25, -0.5, 0.0]; count], vec![Flux([flux]); count]);
-    let search = Search { nearest: k, radius: 0.5, floor };
+    let search = SearchLimits { nearest: k, radius: 0.5, floor };
     let mut scratch = map.scratch();
     let printed = paper(&map, [0.25, -0.5, 0.0], search, &mut scratch);
-    let around = Surroundings::open();
+    let around = VisiblePolygon::open();
     let linear = local_linear(&map, [0.25, -0.5], search, &around, &mut scratch);
     let disc = PI * f64::from(floor).powi(2);
     let exact = k as f64 * f64::from(flux) / disc;

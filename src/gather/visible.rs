@@ -1,8 +1,8 @@
-//! What a point sees of its own plane: a fan of rays in the plane ends at walls, partitions and furniture.
+//! The visible polygon: what a point sees of its own plane. Rays in the plane end at walls, partitions and furniture.
 //!
-//! Inside the fan's polygon photons can land; behind it they can't, or they are light of another place (the next room,
-//! the other side of a partition). So the polygon is at once the area a density estimate may divide by (no darkening
-//! along walls) and the gate for the photons it may count (no leaks through partitions).
+//! Inside the polygon of their ends photons can land; behind it they can't, or they are light of another place (the
+//! next room, the other side of a partition). So the polygon is at once the area a density estimate may divide by (no
+//! darkening along walls) and the gate for the photons it may count (no leaks through partitions).
 
 use std::sync::LazyLock;
 
@@ -12,24 +12,36 @@ use super::receiver::Receiver;
 use crate::embree::RayCaster;
 use crate::photon_map::LANES;
 
-/// Rays of the fan. They go to equally spaced points on a square about the eye, so that the sector of a photon is found
-/// by one division.
-pub const FAN: usize = 4 * SIDE;
+/// Rays in the plane. They go to equally spaced points on a square about the eye, so that the sector of a photon is
+/// found by one division.
+pub const RAYS: usize = 4 * SIDE;
 const SIDE: usize = 16;
 
 /// Angles at which the kernel's integrals are taken within a sector that ends at an obstacle.
 const STEPS: usize = 4;
 
-/// How much farther the fan looks than photons are searched for: a wall is met even by rays that run nearly along it.
+/// How much farther the rays go than photons are searched for: a wall is met even by rays that run nearly along it.
 const FARSIGHT: f32 = 4.0;
 
-/// Distance along each ray of the fan at which a point's view of its plane ends, m, or 4 search radii. `None`
+/// A ray that meets nothing within this many search radii leaves its sector open: the chord between the ends of two
+/// rays comes nearer than both by less than 1 %, since sectors are at most 7.2° wide.
+const OPEN_FROM: f32 = 1.01;
+
+/// Least distance of an end, in search radii: sectors of no extent have no normal.
+const NEAREST: f32 = 1e-6;
+
+/// A plane is not fitted where its determinants are below these parts of what they would be in the open: it would turn
+/// on the rounding of few photons.
+const SINGULAR: f64 = 1e-3;
+const NARROW: f64 = 1e-6;
+
+/// Distance along each ray at which a point's view of its plane ends, m, or 4 search radii. `None`
 /// where the search radius sees no end at all.
-pub struct Surroundings(Option<Box<[f32; FAN]>>);
+pub struct VisiblePolygon(Option<Box<[f32; RAYS]>>);
 
 /// Integrals of kernel · {1, x, y, x², xy, y²} over the visible part of the unit disc.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct KernelMoments {
     /// ∫K.
     pub one: f64,
     /// ∫K x, ∫K y.
@@ -38,7 +50,7 @@ pub struct Moments {
     pub second: [f64; 3],
 }
 
-impl Moments {
+impl KernelMoments {
     /// Adds the integral over a narrow sector about the unit vector `towards`, `width` wide, as far as `reach` ≤ 1.
     fn add_sector(&mut self, towards: DVec2, width: f64, reach: f64) {
         // ∫ (1 − r²) r^(m+1) dr from 0 to `reach`, m = 0, 1, 2.
@@ -60,14 +72,14 @@ impl Moments {
         (0..3).for_each(|i| self.second[i] += other.second[i]);
     }
 
-    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a plane,
-    /// that of the constant fit.
+    /// First row of M⁻¹: what a photon at x counts, as a plane (c₀ + c₁ x + c₂ y). Where D is too narrow to fit a
+    /// plane, that of the constant fit.
     pub(super) fn first_row_of_inverse(&self) -> [f64; 3] {
         let [mx, my] = self.first;
         let [mxx, mxy, myy] = self.second;
         let minor = mxx * myy - mxy * mxy;
         let det = self.one * minor - mx * (mx * myy - mxy * my) + my * (mx * mxy - mxx * my);
-        if det <= 1e-3 * self.one * minor || minor <= 1e-6 * (mxx + myy).powi(2) {
+        if det <= SINGULAR * self.one * minor || minor <= NARROW * (mxx + myy).powi(2) {
             return self.constant_row();
         }
         [minor / det, (mxy * my - mx * myy) / det, (mx * mxy - mxx * my) / det]
@@ -86,31 +98,31 @@ pub fn kernel(radius_squared: f32) -> f32 {
 }
 
 /// Moments of the open disc: ∫K = π/2.
-const OPEN: Moments = {
+const OPEN: KernelMoments = {
     let pi = std::f64::consts::PI;
-    Moments { one: pi / 2.0, first: [0.0; 2], second: [pi / 12.0, 0.0, pi / 12.0] }
+    KernelMoments { one: pi / 2.0, first: [0.0; 2], second: [pi / 12.0, 0.0, pi / 12.0] }
 };
 
-/// One sector of the fan: the ray it begins with, the angles of the quadrature, and its moments where it is open.
+/// One sector between two rays: the ray it begins with, the angles of the quadrature, and its moments where it is open.
 struct Sector {
     ray: Vec2,
     steps: [DVec2; STEPS],
     width: f64,
-    open: Moments,
+    open: KernelMoments,
 }
 
-static SECTORS: LazyLock<[Sector; FAN]> = LazyLock::new(|| {
+static SECTORS: LazyLock<[Sector; RAYS]> = LazyLock::new(|| {
     std::array::from_fn(|sector| {
-        let (from, to) = (ray(sector), ray((sector + 1) % FAN));
+        let (from, to) = (ray(sector), ray((sector + 1) % RAYS));
         let (start, width) = (from.to_angle(), from.angle_to(to) / STEPS as f64);
         let steps = std::array::from_fn(|step| DVec2::from_angle(start + width * (step as f64 + 0.5)));
-        let mut open = Moments::default();
+        let mut open = KernelMoments::default();
         steps.iter().for_each(|&towards| open.add_sector(towards, width, 1.0));
         Sector { ray: from.as_vec2(), steps, width, open }
     })
 });
 
-/// Unit vector of a ray of the fan, counter-clockwise from the corner (1, −1) of the square.
+/// Unit vector of a ray, counter-clockwise from the corner (1, −1) of the square.
 fn ray(index: usize) -> DVec2 {
     let t = -1.0 + 2.0 * (index % SIDE) as f64 / SIDE as f64;
     let corner = match index / SIDE {
@@ -122,7 +134,7 @@ fn ray(index: usize) -> DVec2 {
     corner.normalize()
 }
 
-/// The sector of the fan that holds `offset`.
+/// The sector that holds `offset`.
 #[inline(always)]
 fn sector_of(offset: Vec2) -> usize {
     // Without branches: vectors take both sides.
@@ -133,15 +145,15 @@ fn sector_of(offset: Vec2) -> usize {
     SIDE * side + step.clamp(0, SIDE as i32 - 1) as usize
 }
 
-impl Surroundings {
-    /// Looks around point `point` of the receiver for photons within `radius` (m). Cost: [`FAN`] rays.
-    pub fn look(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
+impl VisiblePolygon {
+    /// Casts rays around point `point` of the receiver, for photons within `radius` (m). Cost: [`RAYS`] rays.
+    pub fn cast(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
         let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
         let far = FARSIGHT * radius;
         let distances = std::array::from_fn(|sector| {
             let towards = SECTORS[sector].ray;
             let direction = receiver.u * towards.x + receiver.v * towards.y;
-            caster.closest_hit(eye, direction, far).map_or(far, |hit| hit.distance.max(1e-6 * radius))
+            caster.closest_hit(eye, direction, far).map_or(far, |hit| hit.distance.max(NEAREST * radius))
         });
         Self::from_distances(distances, radius)
     }
@@ -151,21 +163,20 @@ impl Surroundings {
         Self(None)
     }
 
-    fn from_distances(distances: [f32; FAN], radius: f32) -> Self {
-        // The chord between two ends comes nearer than both by less than 1 %: sectors are at most 7.2° wide.
-        let open = distances.iter().all(|&distance| distance > 1.01 * radius);
+    fn from_distances(distances: [f32; RAYS], radius: f32) -> Self {
+        let open = distances.iter().all(|&distance| distance > OPEN_FROM * radius);
         Self((!open).then(|| Box::new(distances)))
     }
 
-    /// What is seen within `radius` (m), at most the radius looked around for.
-    pub fn view(&self, radius: f32) -> View {
-        let Some(distances) = &self.0 else { return View(None) };
-        let mut ends = [OPEN_END; FAN];
+    /// What is seen within `radius` (m), at most the radius that [`Self::cast`] was given.
+    pub fn view(&self, radius: f32) -> PlaneView {
+        let Some(distances) = &self.0 else { return PlaneView(None) };
+        let mut ends = [OPEN_END; RAYS];
         let mut open = true;
         for (sector, end) in ends.iter_mut().enumerate() {
-            let next = (sector + 1) % FAN;
+            let next = (sector + 1) % RAYS;
             let (here, there) = (distances[sector] / radius, distances[next] / radius);
-            if here.min(there) > 1.01 {
+            if here.min(there) > OPEN_FROM {
                 continue;
             }
             let (a, b) = (SECTORS[sector].ray * here, SECTORS[next].ray * there);
@@ -173,18 +184,18 @@ impl Surroundings {
             *end = (normal, normal.dot(a));
             open = false;
         }
-        View((!open).then(|| Box::new(ends)))
+        PlaneView((!open).then(|| Box::new(ends)))
     }
 }
 
 /// The end of a sector: seen is what has normal · offset ≤ the limit.
-type End = (Vec2, f32);
-const OPEN_END: End = (Vec2::ZERO, f32::INFINITY);
+type SectorEnd = (Vec2, f32);
+const OPEN_END: SectorEnd = (Vec2::ZERO, f32::INFINITY);
 
 /// The visible part of the disc of one search radius, which is its unit of length. `None`: all of it.
-pub struct View(Option<Box<[End; FAN]>>);
+pub struct PlaneView(Option<Box<[SectorEnd; RAYS]>>);
 
-impl View {
+impl PlaneView {
     /// Which of some offsets from the point (plane coordinates, in search radii) are seen.
     #[inline(always)]
     pub fn sees(&self, x: &[f32; LANES], y: &[f32; LANES]) -> [bool; LANES] {
@@ -192,18 +203,18 @@ impl View {
         if let Some(ends) = &self.0 {
             for lane in 0..LANES {
                 let offset = Vec2::new(x[lane], y[lane]);
-                let (normal, limit) = ends[sector_of(offset) % FAN];
+                let (normal, limit) = ends[sector_of(offset) % RAYS];
                 seen[lane] = normal.dot(offset) <= limit;
             }
         }
         seen
     }
 
-    /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose error
-    /// is below 3·10⁻³ of ∫K (tested).
-    pub fn moments(&self) -> Moments {
+    /// Integrals of the kernel over what is seen. Exact for straight walls but for the quadrature over angles, whose
+    /// error is below 3·10⁻³ of ∫K (tested).
+    pub fn moments(&self) -> KernelMoments {
         let Some(ends) = &self.0 else { return OPEN };
-        let mut moments = Moments::default();
+        let mut moments = KernelMoments::default();
         for (sector, (normal, limit)) in SECTORS.iter().zip(ends.iter()) {
             if limit.is_infinite() {
                 moments.add(&sector.open);
@@ -228,7 +239,7 @@ mod tests {
     fn moments_beside_a_wall_match_the_closed_form() {
         for h in [0.05_f64, 0.3, 0.7, 0.95] {
             let to_wall = |index: usize| (h / ray(index).x.max(1e-9)).min(f64::from(FARSIGHT)) as f32;
-            let found = Surroundings::from_distances(std::array::from_fn(to_wall), 1.0).view(1.0).moments();
+            let found = VisiblePolygon::from_distances(std::array::from_fn(to_wall), 1.0).view(1.0).moments();
             let (steps, mut expected) = (200_000, 0.0);
             for step in 0..steps {
                 let x = -1.0 + (h + 1.0) * (f64::from(step) + 0.5) / f64::from(steps);
@@ -242,7 +253,7 @@ mod tests {
     /// With nothing in the way the quadrature gives the open disc's moments: π/2, 0, π/12.
     #[test]
     fn the_sectors_add_up_to_the_disc() {
-        let mut whole = Moments::default();
+        let mut whole = KernelMoments::default();
         SECTORS.iter().for_each(|sector| whole.add(&sector.open));
         assert!((whole.one - OPEN.one).abs() < 1e-9, "{whole:?}");
         assert!((whole.second[0] - OPEN.second[0]).abs() < 1e-3 && (whole.second[2] - OPEN.second[2]).abs() < 1e-3);
@@ -255,7 +266,7 @@ mod tests {
         for degrees in 0..3600 {
             let towards = Vec2::from_angle((f64::from(degrees) / 10.0 + 0.03).to_radians() as f32) * 0.37;
             let sector = sector_of(towards);
-            let (from, to) = (ray(sector).as_vec2(), ray((sector + 1) % FAN).as_vec2());
+            let (from, to) = (ray(sector).as_vec2(), ray((sector + 1) % RAYS).as_vec2());
             assert!(from.perp_dot(towards) >= -1e-6 && towards.perp_dot(to) >= -1e-6, "{towards} in sector {sector}");
         }
     }
