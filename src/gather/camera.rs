@@ -16,7 +16,8 @@ use super::sight::{Last, RELUCTANCE, Records, Sight, cross_glass, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::Flux;
 use crate::photon::media::Media;
-use crate::photon::surface::{Gloss, Layers, SurfaceOptics, mirror, refract};
+use crate::photon::optics::{mirror, refract};
+use crate::photon::surface::{Gloss, Layers, SurfaceOptics};
 use crate::random::Stream;
 
 /// Mirrors and panes one behind the other that a ray may meet before it is given up: light between two mirrors

@@ -11,9 +11,9 @@ use std::io;
 
 use glam::{DVec3, Vec3};
 
-use super::bodies::MeasuredBody;
 use super::cell_counts::Cells;
 use super::density::Estimate;
+use super::meter::MeasuredBody;
 use super::receiver::{Keep, Receiver};
 use crate::embree::RayCaster;
 use crate::flux::{Flux, photometric};

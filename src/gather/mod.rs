@@ -1,7 +1,6 @@
 //! From photons to lux: every point of every measuring plane, every pixel of every camera.
 
 pub mod bandwidth;
-pub mod bodies;
 pub mod camera;
 pub mod caustics;
 pub mod cell_counts;
@@ -10,6 +9,7 @@ pub mod density;
 pub mod direct;
 pub mod gates;
 pub mod lamps;
+pub mod meter;
 pub mod parts;
 pub mod patches;
 pub mod reach;

@@ -11,7 +11,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::bodies::MeasuredBody;
+use super::meter::MeasuredBody;
 use crate::embree::RayCaster;
 use crate::flux::Flux;
 use crate::photon::trace::{Flight, History, Recorder};

@@ -2,6 +2,7 @@
 
 pub mod emit;
 pub(crate) mod media;
+pub(crate) mod optics;
 pub(crate) mod rough;
 pub(crate) mod surface;
 pub mod trace;

@@ -15,7 +15,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::surface::mirror;
+use super::optics::mirror;
 use crate::random::{Stream, on_circle};
 
 /// Roughness below this counts as this: single precision tells no finer facets apart.

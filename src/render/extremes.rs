@@ -15,8 +15,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::composition::Density;
 use super::engine::Engine;
-use super::method::Density;
 use super::place::{Cell, Place, worst_of};
 use super::{PURPOSE_EXTREMES, Rendering};
 use crate::flux::photometric;

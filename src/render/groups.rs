@@ -14,7 +14,7 @@ use crate::gather::parts::PhotonTotal;
 use crate::gather::parts::density::SmoothDensity;
 use crate::gather::smooth::POINT_BATCHES;
 use crate::luminaire::LightGroups;
-use crate::render::method::Density;
+use crate::render::composition::Density;
 use crate::results::GroupMap;
 use crate::scene::Measure;
 

@@ -6,7 +6,7 @@
 
 use super::Settings;
 use super::bands::{MOST_CELLS, cells_at_once};
-use super::method::{Composition, Density};
+use super::composition::{Composition, Density};
 use crate::error::OptionError;
 use crate::gather::bandwidth::SCALES;
 use crate::gather::parts;
@@ -66,7 +66,7 @@ impl Memory {
         let kept = (points as u64 * cell.kept).max(band.unwrap_or(0) as u64 * cell.kept);
         let all: usize = planes.iter().map(|(cells, _)| cells).sum();
         let pixels: usize = scene.cameras.iter().map(|camera| camera.len()).sum();
-        let photons = if plan.photons { settings.photons * photon(plan) } else { 0 };
+        let photons = if plan.photons { settings.photons * photon(plan, scene) } else { 0 };
         Self {
             program: PROGRAM,
             triangles: scene.mesh.triangles.len() as u64 * TRIANGLE + scene.mesh.vertices.len() as u64 * VERTEX,
@@ -79,9 +79,8 @@ impl Memory {
 }
 
 /// Bytes of a photon.
-fn photon(plan: &Plan) -> u64 {
-    // Whether there are cameras changes nothing here.
-    if Composition::of(plan, false).density.is_some() { PHOTON } else { LANDING }
+fn photon(plan: &Plan, scene: &Scene) -> u64 {
+    if plan.composition(scene).density.is_some() { PHOTON } else { LANDING }
 }
 
 /// Bytes of a camera's pixel.
@@ -108,7 +107,7 @@ impl CellBytes {
     fn of(scene: &Scene, plan: &Plan, settings: &Settings) -> Self {
         let channels = channels(plan);
         let estimate = 8 * channels + 8;
-        let composition = Composition::of(plan, !scene.cameras.is_empty());
+        let composition = plan.composition(scene);
         let Composition { density, counts_sharp: counted, rays, .. } = composition;
         let smooth = rays.is_some() && settings.smooth;
         let mut kept = 23 + estimate;
@@ -152,7 +151,7 @@ impl CellBytes {
 /// Where it does not fit at all.
 pub fn fit(scene: &Scene, plan: &Plan, settings: &mut Settings, budget: Option<f64>) -> Result<usize, OptionError> {
     let Some(budget) = budget.map(|gigabytes| (gigabytes * 1e9) as u64) else { return Ok(MOST_CELLS) };
-    let photons = (budget as f64 * PHOTONS_SHARE / photon(plan) as f64) as u64;
+    let photons = (budget as f64 * PHOTONS_SHARE / photon(plan, scene) as f64) as u64;
     if plan.photons {
         settings.photons = settings.photons.min(photons.max(1000));
     }

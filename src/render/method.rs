@@ -1,6 +1,6 @@
-//! What each method is made of. But for names, defaults and words, this is the only place where methods differ.
+//! The parts of the light that passes find at a receiver, and the search limits of densities.
 
-use super::plan::{Method, Plan};
+use super::composition::Density;
 use super::settings::{SENSOR_RAYS, Settings};
 use super::{PURPOSE_SIGHT, Rendering};
 use crate::embree::RayCaster;
@@ -8,113 +8,7 @@ use crate::gather::density::SearchLimits;
 use crate::gather::parts::counted::CountedLight;
 use crate::gather::parts::density::{Discs, PaperDensity, SmoothDensity};
 use crate::gather::parts::{LightPart, Site, rays};
-use crate::gather::receiver::Keep;
 use crate::random::Seed;
-
-/// Parts of a pass with photons and rays of their own, so that even one pass knows its scatter.
-pub(super) const ROUNDS: u64 = 4;
-
-/// Where rays from the points end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Rays {
-    /// On surfaces whose light the photons know: final gather.
-    OnPatches,
-    /// Where roulette lets them: paths.
-    AsPaths,
-}
-
-/// How the density of photons tells light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Density {
-    /// Corrected for every known bias, smooth light apart from light with edges.
-    LocalLinear,
-    /// As printed in the paper.
-    Paper,
-}
-
-/// What a method asks of photons and rays, in one scene.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Composition {
-    /// Rays from the points, if it sends any.
-    pub(super) rays: Option<Rays>,
-    /// Whether rays that meet a surface go on even where photons know its light.
-    pub(super) paths: bool,
-    /// Densities of photons where they cross planes, if it takes any.
-    pub(super) density: Option<Density>,
-    /// Which photons are kept where they cross planes, if any.
-    pub(super) crossings: Option<Keep>,
-    /// Which photons are counted in cells, on samples and about bodies, if any.
-    pub(super) counted: Option<Keep>,
-    /// Whether light with edges is told by photons: counted in the cells of grids, over discs about single points.
-    pub(super) counts_sharp: bool,
-    /// Whether photons are kept where they land.
-    pub(super) landings: bool,
-    /// Whether the light of surfaces is found by photons, patch by patch; others then check what rays find.
-    pub(super) patches: bool,
-    /// Whether rays or cameras ask for caustics where they meet surfaces.
-    pub(super) caustic_maps: bool,
-    /// Stages of a pass, for the record of times.
-    pub(super) stages: &'static [&'static str],
-}
-
-impl Composition {
-    /// That of a plan; `cameras` tells whether there are any.
-    pub(super) fn of(plan: &Plan, cameras: bool) -> Self {
-        let none = Self {
-            rays: None,
-            paths: false,
-            density: None,
-            crossings: None,
-            counted: None,
-            counts_sharp: false,
-            landings: false,
-            patches: false,
-            caustic_maps: plan.caustics && cameras,
-            stages: &["trace photons", "build trees", "gather"],
-        };
-        // Photons of methods without them, or of scenes without passes, are not asked for anything.
-        let photons = |keep: Keep| plan.photons.then_some(keep);
-        let density = plan.photons.then_some(Density::LocalLinear);
-        match plan.method {
-            Method::Gather => {
-                let caustics = if plan.caustics { photons(Keep::Caustics) } else { None };
-                Self {
-                    rays: plan.bounces.then_some(Rays::OnPatches),
-                    crossings: caustics,
-                    counted: caustics,
-                    counts_sharp: caustics.is_some(),
-                    patches: plan.photons,
-                    caustic_maps: plan.caustics,
-                    stages: &["trace photons", "build records", "gather rays"],
-                    ..none
-                }
-            }
-            Method::Path => {
-                let rays = plan.bounces.then_some(Rays::AsPaths);
-                Self { rays, paths: true, stages: &["gather rays"], ..none }
-            }
-            Method::Split => {
-                let bounced = photons(Keep::Bounced);
-                let counts_sharp = plan.photons && plan.caustics;
-                Self { density, crossings: bounced, counted: bounced, counts_sharp, ..none }
-            }
-            Method::Photons => {
-                let all = photons(Keep::All);
-                Self { density, crossings: all, counted: all, counts_sharp: plan.photons, ..none }
-            }
-            Method::Seed => {
-                let all = photons(Keep::All);
-                let density = plan.photons.then_some(Density::Paper);
-                Self { density, crossings: all, counted: all, landings: plan.photons, ..none }
-            }
-        }
-    }
-
-    /// Parts of a pass with photons of their own.
-    pub(super) fn rounds(&self, method: Method) -> u64 {
-        if method.sends_rays() { ROUNDS } else { 1 }
-    }
-}
 
 /// What parts of the light are made from at a receiver.
 pub(super) struct MadeFrom<'r, 'a, const C: usize> {
@@ -173,7 +67,7 @@ pub(super) struct Searches {
 
 impl Searches {
     /// Those of one map of `photons` photons; `diagonal` is that of the scene, m.
-    pub(super) fn new(method: Method, settings: &Settings, diagonal: f64, photons: f64) -> Self {
+    pub(super) fn new(density: Option<Density>, settings: &Settings, diagonal: f64, photons: f64) -> Self {
         let radius = settings.radius.unwrap_or(0.1 * diagonal) as f32;
         let floor = (SMALLEST_DISC * diagonal) as f32;
         // Variance falls as 1/k, squared bias grows as (k/N)²: the best k grows as N^(2/3).
@@ -181,8 +75,8 @@ impl Searches {
             let k = at_a_million * (photons / 1e6).powf(2.0 / 3.0);
             settings.nearest.unwrap_or((k as usize).clamp(LEAST_NEAREST, MOST_NEAREST))
         };
-        let (sharp, smooth) = match method {
-            Method::Seed => {
+        let (sharp, smooth) = match density {
+            Some(Density::Paper) => {
                 let paper = settings.nearest.unwrap_or(PAPERS_NEAREST);
                 (paper, paper)
             }

@@ -1,6 +1,7 @@
 //! The main job: a scene in, illuminance of every measuring plane and sensor out, and the image of every camera.
 
 mod bands;
+mod composition;
 mod engine;
 mod extremes;
 mod groups;
@@ -25,7 +26,8 @@ mod warning;
 
 use std::time::Instant;
 
-use self::method::{Composition, Searches};
+use self::composition::Composition;
+use self::method::Searches;
 use self::plan::Plan;
 use self::record::Record;
 use crate::embree::RayCaster;
@@ -123,15 +125,15 @@ impl<'a, const C: usize> Rendering<'a, C> {
         keeping: &Keeping<'_>,
         caster: &RayCaster,
     ) -> Result<Option<Results>, Error> {
-        let diagonal = scene.diagonal();
+        let (diagonal, composition) = (scene.diagonal(), plan.composition(scene));
         let mut rendering = Self {
             scene,
             plan,
-            composition: Composition::of(plan, !scene.cameras.is_empty()),
+            composition,
             settings,
             progress,
             diagonal,
-            searches: Searches::new(plan.method, settings, diagonal, settings.photons as f64),
+            searches: Searches::new(composition.density, settings, diagonal, settings.photons as f64),
             done: Passes::default(),
             record: Record::new(&scene.warnings),
             groups: None,

@@ -5,7 +5,7 @@ mod reason;
 use std::fmt;
 
 pub use self::reason::{Decision, Reason, SampledBy, Subject};
-use super::method::{Composition, Rays};
+use super::composition::{Composition, Decided, Rays};
 use crate::luminaire::{LightGroups, Luminaire};
 pub use crate::options::Method;
 use crate::scene::material::Material;
@@ -61,6 +61,12 @@ impl Plan {
         plan
     }
 
+    /// What its method asks of photons and rays in this scene.
+    pub(super) fn composition(&self, scene: &Scene) -> Composition {
+        let Self { method, bounces, photons, caustics, .. } = *self;
+        Composition::of(Decided { method, bounces, photons, caustics }, !scene.cameras.is_empty())
+    }
+
     /// Whether photons themselves tell light where it is measured, by their density or number: all that is left to passes
     /// where no rays look for it, else caustics.
     pub fn counts_photons(&self) -> bool {
@@ -99,7 +105,7 @@ struct Reasons<'s> {
 impl<'s> Reasons<'s> {
     /// Those of a plan that is settled but for them.
     fn of(scene: &'s Scene, plan: &'s Plan) -> Vec<Decision> {
-        let composition = Composition::of(plan, !scene.cameras.is_empty());
+        let composition = plan.composition(scene);
         let mut reasons = Self { scene, plan, composition, told: Vec::new() };
         reasons.colour();
         reasons.direct_light();

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::composition::{Density, ROUNDS};
 use super::engine::Engine;
-use super::method::{Density, ROUNDS, Searches};
+use super::method::Searches;
 use super::place::Place;
 use super::views::{Batch, View};
 use super::{PIXEL_RAYS, PURPOSE_PHOTONS, PURPOSE_VIEWS, Rendering};
@@ -209,7 +210,8 @@ impl<const C: usize> Rendering<'_, C> {
     /// near, m².
     fn caustic_map(&self, caustics: Caustics<C>, rounds: u64, round: u64, area: f64) -> CausticMap<C> {
         let photons = self.settings.photons as f64 / rounds as f64;
-        let search = Searches::new(self.plan.method, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
+        let search =
+            Searches::new(self.composition.density, self.settings, self.diagonal, photons).of_pass(round as u32).sharp;
         // No wider than where the k nearest would be if all photons lay evenly on the surfaces: who finds fewer is in
         // less light than the mean, and to reach farther would smear what is bright there.
         let wide_enough = (search.nearest as f64 * area / (std::f64::consts::PI * photons)).sqrt() as f32;

@@ -3,14 +3,14 @@
 
 use rayon::prelude::*;
 
-use super::method::{Composition, Density};
+use super::composition::{Composition, Density};
 use super::place::Place;
 use super::{PURPOSE_FAINT, PURPOSE_REACH, PURPOSE_SHADOWS, Rendering, surface_tolerance};
 use crate::embree::RayCaster;
 use crate::flux::photometric;
-use crate::gather::bodies::direct_on_bodies;
 use crate::gather::density::Estimate;
 use crate::gather::direct::blockers::Blockers;
+use crate::gather::direct::bodies::direct_on_bodies;
 use crate::gather::direct::{DirectLight, Request, direct_light_for};
 use crate::gather::parts::faint::FaintLight;
 use crate::gather::parts::{GroupRows, Site};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Rendering;
-use super::method::Rays;
+use super::composition::Rays;
 use super::place::Place;
 use super::warning::{At, Warning};
 use crate::embree::RELATIVE_OFFSET;

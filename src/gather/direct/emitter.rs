@@ -7,7 +7,6 @@ use std::ops::Range;
 
 use super::blockers::{AxisBox, Blockers};
 use super::polygon::{Pieces, lambert};
-use super::sample::MESH_STRATA;
 use super::web::{SeenShape, WebLight, WebParts, most_towards};
 use crate::embree::RayCaster;
 use crate::flux::{channels, photometric};
@@ -18,6 +17,9 @@ use crate::luminaire::{Distribution, Luminaire, Opening};
 use crate::photon::emit::{Front, triangle_area};
 use crate::random::Stream;
 use crate::units::luminance;
+
+/// Strata of an emitting mesh for each point; two samples in each.
+pub(super) const MESH_STRATA: u32 = 64;
 
 /// Above this many triangles an emitting mesh is sampled as a whole instead of triangle by triangle.
 pub(crate) const MAX_POLYGONS: usize = 256;

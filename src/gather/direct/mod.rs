@@ -13,6 +13,7 @@
 mod blocker;
 pub mod blockers;
 mod blocks;
+pub mod bodies;
 pub(crate) mod emitter;
 pub mod faint;
 mod panes;

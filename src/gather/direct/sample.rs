@@ -11,8 +11,6 @@ use crate::random::Stream;
 /// first saw some of it, not all.
 const FIRST: u32 = 4;
 const SECOND: u32 = 8;
-/// Strata of an emitting mesh for each point; two samples in each.
-pub(super) const MESH_STRATA: u32 = 64;
 
 /// What shadow rays saw of an opening.
 pub(super) struct VisibleShare {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::blocker::Blocker;
 use super::blockers::AxisBox;
 use super::blocks::PointBlock;
-use super::emitter::{EmittingPiece, LightSource, MeshSource, OpeningLight, PointSource};
+use super::emitter::{EmittingPiece, LightSource, MESH_STRATA, MeshSource, OpeningLight, PointSource};
 use super::panes::Shaded;
 use super::sample::{self, Target};
 use super::view::OpeningView;
@@ -65,7 +65,7 @@ impl<const C: usize> Visit<'_, '_, C> {
                 let start = gather.receiver.start(point);
                 let normal = gather.up.as_vec3();
                 sum.add(self.emitter, mesh.sample(start, normal, &scratch.shares, gather.blockers, &mut stream));
-                scratch.rays += 2 * u64::from(sample::MESH_STRATA);
+                scratch.rays += 2 * u64::from(MESH_STRATA);
             }
         }
     }
