@@ -326,8 +326,8 @@ impl RunOption {
 pub fn manual() -> String {
     let mut text = String::from(
         "# Options of a run\n\n\
-         Made from the table in `src/options/table.rs`; a test compares. The command line wins over `[render]` of the scene file, \
-         which wins over the defaults. In a program they are the fields of `luxmap::Options`.\n\n\
+         Made from the table in `src/options/table.rs`; a test compares. The command line wins over `[render]` of the \
+         scene file, which wins over the defaults. In a program they are the fields of `luxmap::Options`.\n\n\
          | option | value | what it does | default | methods | commands |\n|---|---|---|---|---|---|\n",
     );
     for option in &TABLE {

@@ -314,3 +314,32 @@ impl fmt::Display for Plan {
         self.reasons.iter().try_for_each(|decision| writeln!(f, "{decision}"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn decisions_say_what_the_plan_does() {
+        for name in ["box", "box-view", "caustic", "seed-office"] {
+            let scene = Scene::load(Path::new(&format!("scenes/{name}.toml"))).expect("a shipped scene");
+            for (method, groups) in Method::ALL.into_iter().flat_map(|(_, method)| [(method, false), (method, true)]) {
+                let plan = Plan::with_groups(&scene, method, groups);
+                let used = |subject| -> Vec<bool> {
+                    plan.reasons.iter().filter(|made| made.subject == subject).map(|made| made.used).collect()
+                };
+                let what = format!("{name}, {method:?}, {groups}");
+                assert_eq!(used(Subject::Channels), [plan.coloured], "{what}");
+                assert_eq!(used(Subject::ShadowRays), [plan.shadow_rays], "{what}");
+                assert_eq!(used(Subject::Passes), [plan.bounces], "{what}");
+                assert_eq!(used(Subject::Groups), [plan.groups], "{what}");
+                assert_eq!(used(Subject::Photons).contains(&true), plan.photons, "{what}");
+                assert_eq!(used(Subject::SpecularPaths).contains(&true), plan.caustics, "{what}");
+                let composition = plan.composition(&scene);
+                assert_eq!(composition.counted.is_some(), plan.counts_photons(), "{what}");
+            }
+        }
+    }
+}

@@ -84,8 +84,8 @@ impl<const C: usize> Rendering<'_, C> {
         }
     }
 
-    /// Passes that are done before an error is believed: points without neighbours (sensors, samples of surfaces), and pixels
-    /// where there is nothing else, know it by the scatter of their own batches.
+    /// Passes that are done before an error is believed: points without neighbours (sensors, samples of surfaces), and
+    /// pixels where there is nothing else, know it by the scatter of their own batches.
     fn least_passes(&self, places: &[Place<C>]) -> u32 {
         let alone = self.composition.rays.is_some() && places.iter().any(|place| place.site.receiver.grid.is_none());
         let least = if alone || places.is_empty() { LEAST_PASSES } else { 1 };

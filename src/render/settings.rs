@@ -24,8 +24,9 @@ pub struct Settings {
     /// Largest search radius, m; a tenth of the scene's diagonal where not given (see
     /// [`Scene::diagonal`](crate::scene::Scene::diagonal)).
     pub radius: Option<f64>,
-    /// The error is not asked for before so many passes are done: from few, standard errors of single points are uncertain
-    /// themselves. Where single points decide when to stop, it is asked for earlier, but not believed before the fourth.
+    /// The error is not asked for before so many passes are done: from few, standard errors of single points are
+    /// uncertain themselves. Where single points decide when to stop, it may be asked for earlier, but is not believed
+    /// before the fourth.
     pub least_passes: u32,
     /// The first of them: runs of different passes, or seeds, add up to one.
     pub first_pass: u32,
@@ -94,8 +95,8 @@ impl Settings {
     }
 }
 
-/// Passes from which the standard error of a single point, by the scatter of its own batches alone, is believed: four passes
-/// of four rounds make 16.
+/// Passes from which the standard error of a single point, by the scatter of its own batches alone, is believed: four
+/// passes of four rounds make 16.
 pub(crate) const LEAST_PASSES: u32 = 4;
 
 /// Rays of a sensor, and of a sample of a surface, for each ray of a grid point.

@@ -24,7 +24,7 @@ pub(super) enum Warning {
     PathsMissPoints,
     /// Paths meet small luminaires by chance.
     PathsByChance,
-    /// Single precision is too coarse for the scene: its reach, how far rays start off surfaces, its smallest detail, m.
+    /// Single precision is too coarse for the scene: its reach, how far rays start off surfaces, smallest detail, m.
     CoarseRays { reach: f64, step: f64, detail: f64 },
     /// The same for one luminaire: how far away it is, how far rays start off surfaces there, its opening, m.
     FarLuminaire { luminaire: String, away: f64, step: f64, size: f64 },
@@ -74,7 +74,8 @@ impl fmt::Display for Warning {
             Self::InWords(words) => f.write_str(words),
             Self::NoSurface { plane, missed, of, tolerance } => write!(
                 f,
-                "plane \"{plane}\": {missed} of {of} points have no surface within {:.1} mm; expected on = \"air\" there",
+                "plane \"{plane}\": {missed} of {of} points have no surface within {:.1} mm; expected on = \"air\" \
+                 there",
                 1e3 * tolerance,
             ),
             Self::DarkPlane { plane, points } => write!(
@@ -84,19 +85,19 @@ impl fmt::Display for Warning {
             ),
             Self::DarkSurface { surface } => write!(
                 f,
-                "surface \"{surface}\": no light can arrive at any sample; side = \"front\" is the one from which vertices \
-                 run counter-clockwise, and some luminaire has to shine into the same space",
+                "surface \"{surface}\": no light can arrive at any sample; side = \"front\" is the one from which \
+                 vertices run counter-clockwise, and some luminaire has to shine into the same space",
             ),
             Self::NoPhoton { at, points, of, radius } => no_photon(f, at, *points, *of, *radius),
             Self::Contradicted { at, photons, rays } => write!(
                 f,
-                "{at}: photons bring {photons:.3e} lx to a part of it where rays found {rays:.3e} lx: light comes through \
-                 openings, or from places, that rays rarely meet; the standard errors there hold the difference; method \
-                 split finds such light",
+                "{at}: photons bring {photons:.3e} lx to a part of it where rays found {rays:.3e} lx: light comes \
+                 through openings, or from places, that rays rarely meet; the standard errors there hold the \
+                 difference; method split finds such light",
             ),
             Self::PathsMissPoints => f.write_str(
-                "method path never meets a luminaire without extent in a mirror or behind glass: that light is missing; \
-                 expected another method, or an opening",
+                "method path never meets a luminaire without extent in a mirror or behind glass: that light is \
+                 missing; expected another method, or an opening",
             ),
             Self::PathsByChance => f.write_str(
                 "method path meets small luminaires in mirrors and glass only by chance: caustics may be wrong by more \
@@ -104,13 +105,15 @@ impl fmt::Display for Warning {
             ),
             Self::CoarseRays { reach, step, detail } => write!(
                 f,
-                "the scene reaches {reach:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected less \
-                 than a tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit wrong?",
+                "the scene reaches {reach:.3e} m from its middle, so rays start {step:.1e} m off surfaces; expected \
+                 less than a tenth of the smallest opening or cell, {detail:.1e} m: is something far away, or a unit \
+                 wrong?",
             ),
             Self::FarLuminaire { luminaire, away, step, size } => write!(
                 f,
                 "luminaire \"{luminaire}\" hangs {away:.3e} m from what is measured, where rays start {step:.1e} m off \
-                 surfaces; expected less than a tenth of its opening, {size:.1e} m: is it too far away, or a unit wrong?",
+                 surfaces; expected less than a tenth of its opening, {size:.1e} m: is it too far away, or a unit \
+                 wrong?",
             ),
             Self::CutOff { part, bounces, in_glass } => cut_off(f, *part, *bounces, *in_glass),
             Self::FewPhotons(photons) => write!(
@@ -121,20 +124,21 @@ impl fmt::Display for Warning {
             Self::LuminaireAtPoint { luminaire, distance } => write!(
                 f,
                 "luminaire \"{luminaire}\" has no extent and hangs {distance:.1e} m from a point that is measured: \
-                 illuminance there has no bound, and what is found depends on rounding; expected an opening, or another place",
+                 illuminance there has no bound, and what is found depends on rounding; expected an opening, or \
+                 another place",
             ),
             Self::DirectUncertain { wanted, error } => write!(
                 f,
-                "`error` {wanted}: direct light at shadows' edges alone is uncertain by {error:.3} %, and passes do not \
-                 mend it",
+                "`error` {wanted}: direct light at shadows' edges alone is uncertain by {error:.3} %, and passes do \
+                 not mend it",
             ),
             Self::Checkpoint(error) => {
                 write!(f, "checkpoint: {error}; should the run end early, passes since the last one are lost")
             }
             Self::BandsUncertain { plane, error, wanted } => write!(
                 f,
-                "plane \"{plane}\": the passes that its middle needs leave a standard error of {error:.2} % in all, asked \
-                 for {wanted} %; more come with `passes`",
+                "plane \"{plane}\": the passes that its middle needs leave a standard error of {error:.2} % in all, \
+                 asked for {wanted} %; more come with `passes`",
             ),
         }
     }
