@@ -97,9 +97,9 @@ impl MeasuredBody {
 struct FlatCells {
     /// Normal of each, and what it counts.
     weighted: Vec<(DVec3, f64)>,
-    /// How many of them, the first, stand evenly all about.
+    /// How many of them, the first, are spread evenly around the body.
     about: usize,
-    /// Relative error of what those say.
+    /// Relative error of their sum.
     error: f64,
 }
 
@@ -197,7 +197,7 @@ mod tests {
         MeasuredBody { measure, axis: DVec3::X }
     }
 
-    /// Against the kernel itself, for sources all about: the cells' mean is as near as they say.
+    /// Against the kernel itself, for sources all around: the cells' mean is as near as their stated error.
     #[test]
     fn cells_stand_for_their_body() {
         let mut stream = Seed(7).stream(0);

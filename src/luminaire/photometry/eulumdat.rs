@@ -21,8 +21,8 @@
 use std::path::Path;
 
 use super::opening::{LengthUnit, LuminousOpening};
-use super::table::{Table, within_turn};
-use super::text::{self, Commas, Words, quoted};
+use super::table::{IntensityTable, within_turn};
+use super::text::{self, Commas, WordReader, quoted};
 use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
 
@@ -51,10 +51,10 @@ pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photomet
     let stored = Stored::new(kind, planes);
     let read = |commas| {
         let mut notes = Notes::default();
-        let body = stored.read(path, angles, factor, &mut Words::new(path, &lines, first, commas), &mut notes)?;
+        let body = stored.read(path, angles, factor, &mut WordReader::new(path, &lines, first, commas), &mut notes)?;
         Ok((body, notes))
     };
-    let ((body, others), note) = text::settle(path, Words::new(path, &lines, first, Commas::Decimal), read)?;
+    let ((body, others), note) = text::settle(path, WordReader::new(path, &lines, first, Commas::Decimal), read)?;
     if let Some((line, sentence)) = note {
         notes.at(line, sentence);
     }
@@ -268,9 +268,9 @@ impl Stored {
         path: &Path,
         angles: usize,
         factor: f64,
-        words: &mut Words,
+        words: &mut WordReader,
         notes: &mut Notes,
-    ) -> Result<Table, InputError> {
+    ) -> Result<IntensityTable, InputError> {
         let (start, left) = (words.at(), words.left());
         let needed = self.planes + angles + self.count * angles;
         if left < needed {
@@ -306,7 +306,7 @@ impl Stored {
             // From C270 over C0 to C90: as −90 … 90.
             stored.iter_mut().filter(|c| **c > 180.0).for_each(|c| *c -= 360.0);
         }
-        let mut table = Table { planes: stored, angles: gamma.list, candela: values.candela };
+        let mut table = IntensityTable { planes: stored, angles: gamma.list, candela: values.candela };
         table.turn(planes.fall && all, gamma.fall);
         table.close();
         super::check_nadir(&table, values.line, notes);

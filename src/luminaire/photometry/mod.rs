@@ -32,8 +32,8 @@ use std::path::Path;
 pub use opening::{LuminousOpening, Shape};
 pub use tilt::Tilt;
 
-use self::table::Table;
-use self::text::{Words, quoted};
+use self::table::IntensityTable;
+use self::text::{WordReader, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
 use crate::files;
@@ -265,7 +265,13 @@ struct Values {
 
 impl Values {
     /// Reads `count` numbers and multiplies them.
-    fn read(path: &Path, words: &mut Words, count: usize, factor: f64, notes: &mut Notes) -> Result<Self, InputError> {
+    fn read(
+        path: &Path,
+        words: &mut WordReader,
+        count: usize,
+        factor: f64,
+        notes: &mut Notes,
+    ) -> Result<Self, InputError> {
         let first = words.at();
         let number = |number| words.number(&format!("intensity {number} of {count}"));
         Self::of(path, first, (1..=count).map(number), factor, notes)
@@ -310,7 +316,7 @@ impl Values {
 }
 
 /// Tells where planes of type C disagree about the one direction they share.
-fn check_nadir(table: &Table, line: usize, notes: &mut Notes) {
+fn check_nadir(table: &IntensityTable, line: usize, notes: &mut Notes) {
     let largest = table.candela.iter().fold(0.0_f64, |a, b| a.max(*b));
     if table.angles[0] == 0.0 {
         let values = table.candela.chunks(table.angles.len()).map(|plane| plane[0]);

@@ -21,7 +21,7 @@ const AROUND: f64 = 1.0;
 
 /// Intensities, plane by plane: C or horizontal angles, then γ or vertical angles, degrees, each ascending.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Table {
+pub(super) struct IntensityTable {
     pub(super) planes: Vec<f64>,
     pub(super) angles: Vec<f64>,
     /// cd.
@@ -34,7 +34,7 @@ const EDGE: f64 = 0.01;
 /// Steps of a resampled table of type B: half the file's, but within these, degrees.
 const STEPS: [f64; 2] = [0.25, 1.0];
 
-impl Table {
+impl IntensityTable {
     fn plane(&self, plane: usize) -> &[f64] {
         &self.candela[plane * self.angles.len()..][..self.angles.len()]
     }
@@ -248,10 +248,10 @@ mod tests {
         angles: Vec<f64>,
         direction: fn(f64, f64) -> [f64; 3],
         intensity: fn([f64; 3]) -> f64,
-    ) -> Table {
+    ) -> IntensityTable {
         let of = |&h: &f64, &v: &f64| intensity(direction(h.to_radians(), v.to_radians()));
         let candela = planes.iter().flat_map(|h| angles.iter().map(move |v| of(h, v))).collect();
-        Table { planes, angles, candela }
+        IntensityTable { planes, angles, candela }
     }
 
     fn type_a(h: f64, v: f64) -> [f64; 3] {
@@ -322,7 +322,7 @@ mod tests {
         let of = |from: f64, value: fn(f64) -> f64| {
             let angles = steps(from, 90.0, 1.0);
             let candela = angles.iter().map(|v| value(v.to_radians())).collect();
-            Table { planes: vec![0.0], angles, candela }
+            IntensityTable { planes: vec![0.0], angles, candela }
         };
         let cosine: fn(f64) -> f64 = |v| 1000.0 * v.cos();
         for table in [of(0.0, cosine), of(-90.0, cosine)] {
@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn planes_are_where_symmetry_puts_them() {
-        let table = |planes: &[f64]| Table {
+        let table = |planes: &[f64]| IntensityTable {
             planes: planes.to_vec(),
             angles: vec![0.0, 90.0],
             candela: planes.iter().flat_map(|c| [*c + 1.0; 2]).collect(),

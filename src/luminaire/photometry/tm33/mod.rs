@@ -23,7 +23,7 @@ pub(super) use json::parse as parse_json;
 pub(super) use xml::{parse as parse_xml, tree};
 
 use super::opening::{LengthUnit, LuminousOpening};
-use super::table::Table;
+use super::table::IntensityTable;
 use super::text::{label, quoted};
 use super::{Choice, Format, Kind, Lamps, Notes, Photometry, Shape, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
@@ -291,7 +291,7 @@ impl Tm33Emitter {
 
 impl Raw {
     /// The intensities in the order of their angles; those at the poles may stand in one plane only.
-    fn table(&self, path: &Path, kind: Kind, factor: f64, notes: &mut Notes) -> Result<Table, InputError> {
+    fn table(&self, path: &Path, kind: Kind, factor: f64, notes: &mut Notes) -> Result<IntensityTable, InputError> {
         let refused =
             |found: String, expected: String| InputError::new(Location::line(path, self.line), found, expected);
         let refuse = |found: String, expected: String| Err(refused(found, expected));
@@ -345,11 +345,17 @@ impl Raw {
         }
         let numbers = values.into_iter().map(|value| Ok((self.line, value)));
         let candela = Values::of(path, self.line, numbers, factor, notes)?.candela;
-        Ok(Table { planes, angles, candela })
+        Ok(IntensityTable { planes, angles, candela })
     }
 
     /// Symmetry of the table, as it says and as its planes tell.
-    fn symmetry(&self, path: &Path, kind: Kind, table: &Table, notes: &mut Notes) -> Result<Symmetry, InputError> {
+    fn symmetry(
+        &self,
+        path: &Path,
+        kind: Kind,
+        table: &IntensityTable,
+        notes: &mut Notes,
+    ) -> Result<Symmetry, InputError> {
         let told = match self.symmetry.as_deref().map(|told| (plain(told), told)) {
             None => None,
             Some((word, told)) => Some(match word.strip_prefix("symm").unwrap_or(&word) {
@@ -396,7 +402,7 @@ impl Raw {
 struct IntensityGrid {
     kind: Kind,
     symmetry: Symmetry,
-    table: Table,
+    table: IntensityTable,
     line: usize,
 }
 
