@@ -10,13 +10,13 @@ use super::density::Estimate;
 use super::smooth::box_means;
 use crate::flux::photometric;
 
-/// k of the estimates that stand side by side, as multiples of the k asked for.
+/// k of the estimates that stand side by side, as multiples of the k of the settings.
 pub const SCALES: [f64; 4] = [2.0, 0.7, 0.25, 0.08];
 
 /// That of points without neighbours, where nothing decides between them.
 const MIDDLE: usize = 1;
 
-/// Cells to each side over which risk is pooled: one point alone knows nothing of its bias.
+/// Cells to each side over which risk is pooled: one point alone shows nothing of its bias.
 const POOL: usize = 4;
 
 /// Those where the user sets k: the narrow one only shows the bias of the other.
@@ -51,7 +51,7 @@ pub fn choose<const C: usize>(
     };
     let risks: Vec<[Vec<f64>; 2]> = (0..=last)
         .map(|scale| {
-            // Bias grows as R², as k does: what one step took away tells what is left, or was before it.
+            // Bias grows as R², as k does: from what one step took away follows what is left, or was before it.
             let (wide, narrow) = if scale < last { (scale, scale + 1) } else { (scale - 1, scale) };
             let share = (factors[scale] / (factors[wide] - factors[narrow])).powi(2);
             let excess = |point: usize| share * (off(wide, narrow, point).powi(2) - noise(wide, narrow, point));
@@ -107,7 +107,7 @@ pub fn of_ladder<const C: usize>(discs: &[Estimate<C>], quantum: f64) -> (usize,
     let widest = (0..last).find(|&wide| !(wide + 1..=last).any(|narrow| apart(wide, narrow))).unwrap_or(last);
     let taken = (widest + 2).min(last);
     let blur = if taken == widest {
-        // Nothing narrower tells how much is left: as much as the last halving took away.
+        // Nothing narrower shows how much is left: as much as the last halving took away.
         off(last.saturating_sub(1), last).powi(2)
     } else {
         // Blur grows as R²: a third of what one halving took away is left, and less of what two did.

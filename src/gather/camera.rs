@@ -1,10 +1,10 @@
 //! What a camera sees along a ray: the light that arrives at the first opaque surface, and the luminance that leaves it
 //! towards the eye.
 //!
-//! The layers of an image tell of the first opaque surface, which glass before it lets through bent, but not dimmed.
+//! The layers of an image show the first opaque surface, which glass before it lets through bent, but not dimmed.
 //! Luminance follows the light as it goes: glass reflects and refracts, mirrors show what stands before them,
 //! luminaires shine. Light is gathered only at the surfaces so found: direct light by shadow rays, what has bounced by
-//! rays that end where photons know the light (see `sight.rs`), and caustics from the photons that landed nearby
+//! rays that end where photons recorded the light (see `sight.rs`), and caustics from the photons that landed nearby
 //! (`caustics.rs`).
 
 use std::f64::consts::FRAC_1_PI;
@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::caustics::{CausticMap, CausticScratch};
-use super::sight::{Last, RELUCTANCE, Records, Sight, cross_glass, cross_pane};
+use super::sight::{Last, Records, SURVIVAL, Sight, cross_glass, cross_pane};
 use crate::embree::{Hit, RayCaster};
 use crate::flux::Flux;
 use crate::photon::media::Media;
@@ -22,7 +22,7 @@ use crate::random::Stream;
 
 /// Mirrors and panes one behind the other that a ray may meet before it is given up: light between two mirrors
 /// ends by roulette, a ray trapped in glass by this.
-const DEEPEST: u32 = 1000;
+const MAX_MEETINGS: u32 = 1000;
 
 /// Computes what rays of a camera see.
 pub struct Eye<'a, const C: usize> {
@@ -30,7 +30,7 @@ pub struct Eye<'a, const C: usize> {
     pub sight: &'a Sight<'a, C>,
     /// The scene.
     pub caster: &'a RayCaster,
-    /// Where photons know the light, if they do.
+    /// Light that photons recorded, if they did.
     pub records: Option<Records<'a, C>>,
     /// The caustics, if there are any.
     pub caustics: Option<&'a CausticMap<C>>,
@@ -124,7 +124,7 @@ impl<const C: usize> Eye<'_, C> {
         let (mut media, mut last) = (Media::AIR, Last::Mirror);
         // Distance flown before panes that the ray passed since it left anything else, m.
         let mut before_panes = 0.0;
-        for _ in 0..DEEPEST {
+        for _ in 0..MAX_MEETINGS {
             weight = weight.filtered(absorption.map(|per_metre: f32| (-per_metre * hit.distance).exp()));
             hit.distance += before_panes;
             before_panes = 0.0;
@@ -166,7 +166,7 @@ impl<const C: usize> Eye<'_, C> {
                         add(weight.filtered(shares), lux.map(|lux| lux * FRAC_1_PI));
                     }
                     weight = weight.filtered(specular);
-                    let chance = (RELUCTANCE * weight.brightest()).min(1.0);
+                    let chance = (SURVIVAL * weight.brightest()).min(1.0);
                     if chance < 1.0 {
                         if draw.stream.uniform() >= chance {
                             break;
@@ -222,7 +222,7 @@ fn through_glass<const C: usize>(
     rays: &mut u64,
 ) -> Option<(Hit, Vec3)> {
     let mut media = Media::AIR;
-    for _ in 0..DEEPEST {
+    for _ in 0..MAX_MEETINGS {
         let (front, normal) = (direction.dot(hit.normal) < 0.0, facing(&hit, direction));
         direction = match sight.surface(&hit) {
             SurfaceOptics::Pane(_) => direction,

@@ -1,5 +1,5 @@
 //! Light that came by mirrors and glass, at the surfaces where it lands: rays from there do not find its luminaire, so
-//! the density of the photons tells it.
+//! it is taken from the density of the photons.
 
 use glam::Vec3;
 
@@ -73,7 +73,7 @@ impl<const C: usize> Recorder<C> for Caustics<C> {
     }
 }
 
-/// Caustic photons in a tree, ready to be asked for their density.
+/// Caustic photons in a tree, ready for density estimates.
 pub struct CausticMap<const C: usize> {
     tree: KdTree,
     photons: Caustics<C>,

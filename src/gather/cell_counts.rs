@@ -16,7 +16,7 @@ use crate::random::low_discrepancy;
 const EDGE_POINTS: usize = 8;
 
 /// Part of the way to the edge that these rays go: a wall along the edge does not cut the cell.
-const NEARLY: f32 = 0.999;
+const TO_EDGE: f32 = 0.999;
 
 /// Points of a cut cell of which the middle sees some: that share of its area is known within 0.03, mostly within 0.01.
 const POINTS: u32 = 256;
@@ -43,7 +43,7 @@ impl Cells {
                 let at = [a + share * (x - 0.5) * width, b + share * (y - 0.5) * depth];
                 sees(receiver, point, at, caster)
             };
-            if (0..4 * EDGE_POINTS).all(|step| seen(on_edge(step), NEARLY)) {
+            if (0..4 * EDGE_POINTS).all(|step| seen(on_edge(step), TO_EDGE)) {
                 return (whole, false);
             }
             let free = (0..POINTS).filter(|&index| seen(spread(index), 1.0)).count();

@@ -3,9 +3,9 @@
 //!
 //! Illuminance is flux over area. A cell or a sample of a surface has an area, so the photons that cross it or land on
 //! it are all that is needed: no search, no blur, no edge to correct, no light from behind. In cells light with edges
-//! is counted, direct light and caustics; light that met a diffuse surface bears a search that takes in more. A body
-//! gets the light that passes it: a flight closer than R, seen end on, crosses a disc of π R² about the body, and
-//! counts by the body's kernel.
+//! is counted, direct light and caustics; light that met a diffuse surface is smooth enough for a search over a wider
+//! disc. A body gets the light that passes it: a flight closer than R, seen end on, crosses a disc of π R² about the
+//! body, and counts by the body's kernel.
 
 use std::io;
 
@@ -49,7 +49,7 @@ impl<const C: usize> Counts<C> {
         Self { sums: vec![([Sum::ZERO; C], Sum::ZERO); areas.len()], areas, width, groups }
     }
 
-    /// Adds a photon; `groups` tell whose it is.
+    /// Adds a photon; `groups` give the group of its luminaire.
     pub fn add(&mut self, met: &Met<C>, groups: Option<&LightGroups>) {
         let point = met.point as usize;
         let (sum, squares) = &mut self.sums[point];
@@ -95,7 +95,7 @@ impl<const C: usize> Counts<C> {
 
 /// What photons are watched for at one receiver.
 pub enum Watched<'a> {
-    /// Nothing: other records tell its light.
+    /// Nothing: its light is known from other records.
     Nothing,
     /// Cells of a plane, where light has edges.
     Cells(Cells),

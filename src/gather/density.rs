@@ -64,7 +64,7 @@ const PROBE: usize = 32;
 /// Limits of the search for photons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchLimits {
-    /// k, photons asked for.
+    /// k, photons to be found.
     pub nearest: usize,
     /// Largest search radius, m.
     pub radius: f32,
@@ -120,7 +120,7 @@ pub struct GroupSums<'a> {
     pub variance: &'a mut [f64],
 }
 
-/// The same, and the share of each light group in it, if asked for: the same sum over the group's photons alone, so
+/// The same, and the share of each light group in it, if wanted: the same sum over the group's photons alone, so
 /// that shares add up to the whole. A share may be below 0, as the sum gives some photons negative weights.
 pub fn local_linear_in_groups<T: NearestPhotons, const C: usize>(
     map: &PhotonMap<T, C>,

@@ -92,7 +92,7 @@ impl Step {
 /// The eight steps, in the order of their bits.
 const EIGHT: [[i32; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
 
-/// Which steps from a point are free, one bit each, where `free` tells of those to the right and up of every point. A
+/// Which steps from a point are free, one bit each, where `free` holds those to the right and up of every point. A
 /// diagonal step is free if one of the two ways about the corner is.
 fn ways(free: &[[bool; 2]], point: usize, columns: usize, rows: usize) -> u8 {
     let straight = |point: usize, [across, up]: [i32; 2]| {

@@ -1,4 +1,4 @@
-//! Direct light at any point by one shadow ray: for paths, which ask at millions of points and need no more.
+//! Direct light at any point by one shadow ray: for paths, which need it at millions of points and no more exactly.
 
 use std::f32::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::photon::emit::{Front, off_body, triangle_area};
 use crate::random::Stream;
 
 /// Points on luminaires that are weighed against each other before one shadow ray is cast: all luminaires of a small
-/// scene have their turn, and in a large one the near ones still win.
+/// scene are taken, and in a large one the near ones still are.
 const CANDIDATES: usize = 12;
 
 /// Squared distance (m²) within which points of a luminaire are left to rays that happen to meet it: next to a shining
@@ -62,7 +62,7 @@ pub struct Aimed<const C: usize> {
     pub luminaire: u32,
 }
 
-/// The luminaires of a scene, ready to be asked for direct light.
+/// The luminaires of a scene, prepared for samples of their direct light.
 pub struct LampSampler<'a, const C: usize> {
     caster: &'a RayCaster,
     lamps: Vec<DrawnLamp<C>>,

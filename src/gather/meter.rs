@@ -130,7 +130,7 @@ mod tests {
         MeasuredBody { measure, axis: DVec3::X }
     }
 
-    /// Against the kernel itself, for sources all about: the cells' mean is as near as they say.
+    /// Against the kernel itself, for sources all around: the cells' mean is as near as their stated error.
     #[test]
     fn cells_stand_for_their_body() {
         let mut stream = Seed(7).stream(0);

@@ -1,12 +1,12 @@
 //! Surface records of a photon map: illuminance of patches of the scene's larger triangles.
 //!
 //! The mean illuminance of a patch is exactly what landed on it over its area: no search radius, no boundary to
-//! correct, and no photon lost. Final gathering asks for nothing finer, since a point receives the mean over what it
+//! correct, and no photon lost. Final gathering needs nothing finer, since a point receives the mean over what it
 //! sees. Three kinds of hits get no answer, and their rays go on instead (see `sight.rs`): those nearer than a patch
 //! can resolve, those on triangles smaller than a patch (finely tessellated furniture: too few photons each), and those
 //! on patches that something stands on or pierces, whose open area is not known. A fourth kind is bright patches of
 //! which something hides a part from some points, as a shelf does with the ceiling over a cove: those points see what
-//! is not as bright as the patch's mean. Photons sent ahead tell which are bright.
+//! is not as bright as the patch's mean. Photons sent ahead show which are bright.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -136,7 +136,7 @@ impl CutTriangle {
 
 impl PatchGrid {
     /// Cuts the triangles of a scene into patches of `size` (m) at most, and where they are far from all points, of as
-    /// much as a part of their distance (`far` tells both): no larger as the points see them. `height` (m) over a
+    /// much as a part of their distance (`far` holds both): no larger as the points see them. `height` (m) over a
     /// surface is where rays find things standing on it. Cost: O(triangles + patches), 5 bytes a patch, and 4 more for
     /// each channel.
     pub fn new(mesh: &Mesh, useful: impl Fn(u32) -> bool, size: f32, far: (&Near, f64), height: f32) -> Self {

@@ -19,7 +19,7 @@ use crate::random::Stream;
 use crate::scene::measured::Sample;
 use crate::scene::{Measure, MeasuredSurface, MeasuringPlane, Scene, Sensor};
 
-/// A plane through the scene, the points on it where illuminance is asked for, and the region around them where
+/// A plane through the scene, the points on it where illuminance is measured, and the region around them where
 /// photons matter.
 pub struct Receiver {
     /// Middle of the points, m; origin of the plane's coordinates.
@@ -254,12 +254,12 @@ impl Receiver {
         self.starts.len()
     }
 
-    /// Whether no illuminance is asked for.
+    /// Whether it has no points.
     pub fn is_empty(&self) -> bool {
         self.starts.is_empty()
     }
 
-    /// Whether its points share a plane, whose crossings tell their light.
+    /// Whether its points share a plane, whose crossings measure their light.
     pub fn is_plane(&self) -> bool {
         matches!(self.facing, Facing::Plane)
     }

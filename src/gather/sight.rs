@@ -2,9 +2,9 @@
 //!
 //! A ray in a direction of density cos θ/π brings E = π L, so illuminance is the mean over rays. Two methods work this
 //! way. `path` goes on from surface to surface and adds direct light at each: unbiased, without photons. `gather` ends
-//! at the first surface whose illuminance the photons know (see `patches.rs`), and goes on as a path where they don't:
+//! at the first surface whose illuminance photons recorded (see `patches.rs`), and goes on as a path elsewhere:
 //! next to the point, on fine furniture, in contacts. Direct light that reaches the point itself is counted elsewhere
-//! (`direct.rs`).
+//! (`direct/`).
 
 mod path;
 
@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::{DVec3, Vec3};
 
 use self::path::Path;
-pub(super) use self::path::RELUCTANCE;
+pub(super) use self::path::SURVIVAL;
 use super::caustics::CausticMap;
 use super::direct::FLATTEST;
 use super::lamps::{Aim, Aimed, LampSampler, near_squared, spreads};
@@ -114,7 +114,7 @@ pub struct Records<'a, const C: usize> {
     /// Their illuminance.
     pub light: &'a PatchLight<C>,
     /// Light that came by mirrors and glass, where there may be some: rays that go on from a surface would meet its
-    /// luminaire by rare chance, and bright.
+    /// luminaire rarely, and find it bright: that is noise.
     pub caustics: Option<&'a CausticMap<C>>,
 }
 

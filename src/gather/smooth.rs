@@ -2,10 +2,10 @@
 //!
 //! Every grid point is refitted by a polynomial through its neighbours (local-linear and local-quadratic regression)
 //! over windows of several sizes. Which of them is best about a point is decided by the data: Stein's unbiased estimate
-//! of the risk (Stein 1981; Li, Wu & Chuang 2012 for rendered images) tells the squared error, noise and smoothing bias
-//! together, of each window without knowing the truth. So smooth light is averaged over a wide window, and a shadow's
-//! edge over a narrow one. Neighbours that the point does not see in its plane (the other side of a partition) never
-//! count.
+//! of the risk (Stein 1981; Li, Wu & Chuang 2012 for rendered images) estimates the squared error, noise and smoothing
+//! bias together, of each window without knowing the truth. So smooth light is averaged over a wide window, and a
+//! shadow's edge over a narrow one. Neighbours that the point does not see in its plane (the other side of a partition)
+//! never count.
 
 pub mod counts;
 mod fit;
@@ -27,7 +27,7 @@ const POOL: usize = 4;
 const RISK_POOL: usize = 10;
 const BIAS_POOL: usize = 16;
 
-/// Points with something within so many cells choose their windows among themselves.
+/// Points with something within this many cells choose their windows among themselves.
 const BESIDE: usize = 2;
 
 /// A window's bias is estimated against one whose variance is at least this many times as large.
@@ -60,7 +60,7 @@ pub const REACH: usize = WIDEST as usize + BIAS_POOL;
 /// itself noisy costs some, too. In even light, where there is no bias, claims are √1.5 of the errors.
 const BIAS_AT_LEAST_RISK: f64 = 0.5;
 
-/// What smoothing needs to know of a grid: its windows, and what stands in the way.
+/// What smoothing needs of a grid: its windows, and what stands in the way.
 pub struct Smoother {
     columns: usize,
     rows: usize,
@@ -73,7 +73,7 @@ pub struct Smoother {
 }
 
 impl Smoother {
-    /// Prepares a grid; `has_value` tells which points do. Cost: two rays a point.
+    /// Prepares a grid; `has_value` marks the points that have one. Cost: two rays a point.
     pub fn new(receiver: &Receiver, [columns, rows]: [usize; 2], has_value: &[bool], caster: &RayCaster) -> Self {
         let gates = Gates::new(receiver, [columns, rows], has_value, caster);
         let cell = cell_size(receiver, [columns, rows]);
@@ -84,7 +84,7 @@ impl Smoother {
         Self { columns, rows, gates, windows, offsets, beside }
     }
 
-    /// The estimate at every grid point with its neighbours' help, and its variance, smoothing bias included.
+    /// The estimate at every grid point, smoothed over its neighbours, and its variance, smoothing bias included.
     ///
     /// The window chosen at each point is in `chosen`. Cost: 2 to 10 µs a point, 100 bytes a point while it lasts.
     pub fn smooth<const C: usize>(
@@ -282,7 +282,7 @@ impl Smoother {
         open.iter().zip(beside).zip(&self.beside).map(|((open, at), beside)| if *beside { at } else { *open }).collect()
     }
 
-    /// What every window says of a point. `reached` is memory to reuse.
+    /// The fit of every window at a point. `reached` is memory to reuse.
     fn fits<const C: usize>(
         &self,
         point: usize,
@@ -303,7 +303,7 @@ impl Smoother {
         fits
     }
 
-    /// What a window says of a point where nothing is in its way.
+    /// The fit of a window at a point where nothing is in its way.
     fn open_fit<const C: usize>(&self, point: usize, window: &Window, raw: &[Estimate<C>]) -> Fit<C> {
         let [columns, rows] = window.half;
         let first = point - rows * self.columns - columns;

@@ -21,7 +21,7 @@ const SIDE: usize = 16;
 const STEPS: usize = 4;
 
 /// How much farther the rays go than photons are searched for: a wall is met even by rays that run nearly along it.
-const FARSIGHT: f32 = 4.0;
+const REACH: f32 = 4.0;
 
 /// A ray that meets nothing within this many search radii leaves its sector open: the chord between the ends of two
 /// rays comes nearer than both by less than 1 %, since sectors are at most 7.2° wide.
@@ -149,7 +149,7 @@ impl VisiblePolygon {
     /// Casts rays around point `point` of the receiver, for photons within `radius` (m). Cost: [`RAYS`] rays.
     pub fn cast(receiver: &Receiver, point: usize, caster: &RayCaster, radius: f32) -> Self {
         let eye = receiver.position(point) + receiver.moved(point) + receiver.normal * receiver.tolerance;
-        let far = FARSIGHT * radius;
+        let far = REACH * radius;
         let distances = std::array::from_fn(|sector| {
             let towards = SECTORS[sector].ray;
             let direction = receiver.u * towards.x + receiver.v * towards.y;
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn moments_beside_a_wall_match_the_closed_form() {
         for h in [0.05_f64, 0.3, 0.7, 0.95] {
-            let to_wall = |index: usize| (h / ray(index).x.max(1e-9)).min(f64::from(FARSIGHT)) as f32;
+            let to_wall = |index: usize| (h / ray(index).x.max(1e-9)).min(f64::from(REACH)) as f32;
             let found = VisiblePolygon::from_distances(std::array::from_fn(to_wall), 1.0).view(1.0).moments();
             let (steps, mut expected) = (200_000, 0.0);
             for step in 0..steps {

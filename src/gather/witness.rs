@@ -1,10 +1,10 @@
 //! Photons as a second witness of the light that rays found.
 //!
-//! Rays that rarely meet a small bright opening don't know what they miss: their scatter is small as long as none has
-//! met it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over
-//! areas large enough to know their light well. What rays found there is compared with it; the difference of the two,
-//! beyond their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the
-//! photons say.
+//! Rays that rarely meet a small bright opening give no sign of what they miss: their scatter is small as long as none
+//! has met it. Photons go where the light goes. So some of them are counted where they cross the measuring planes, over
+//! areas large enough for a small error. What rays found there is compared with it; the difference of the two, beyond
+//! their noise, becomes part of the standard error, and light that hardly any ray has met is as uncertain as the
+//! photons show.
 
 use std::io;
 
@@ -62,7 +62,7 @@ struct GridBlocks {
     open: Vec<bool>,
 }
 
-/// What photons and rays say of a region, lx.
+/// Illuminance of a region by photons and by rays, lx.
 #[derive(Clone, Copy, Debug)]
 pub struct Contradiction {
     /// Mean illuminance by photons.
@@ -163,7 +163,7 @@ impl Witness {
         let of_region: Vec<f64> = (0..self.areas.len())
             .map(|region| {
                 let Some(comparison) = self.compare(region, samples, flux) else { return 0.0 };
-                let Comparison { contradiction, doubt, significant } = comparison;
+                let RegionCheck { contradiction, doubt, significant } = comparison;
                 let larger = contradiction.photons.max(contradiction.rays);
                 if significant && doubt.sqrt() / larger > most {
                     (worst, most) = (Some(contradiction), doubt.sqrt() / larger);
@@ -178,7 +178,7 @@ impl Witness {
         (points, worst)
     }
 
-    fn compare<const C: usize>(&self, region: usize, samples: &Samples<C>, flux: f64) -> Option<Comparison> {
+    fn compare<const C: usize>(&self, region: usize, samples: &Samples<C>, flux: f64) -> Option<RegionCheck> {
         let (area, [sum, squares]) = (self.areas[region], self.sums[region]);
         if area <= 0.0 || self.sets == 0 {
             return None;
@@ -200,16 +200,16 @@ impl Witness {
         } else {
             0.0
         };
-        Some(Comparison { contradiction: Contradiction { photons, rays: found.mean }, doubt, significant })
+        Some(RegionCheck { contradiction: Contradiction { photons, rays: found.mean }, doubt, significant })
     }
 }
 
 /// Photons and rays of one region compared.
-struct Comparison {
+struct RegionCheck {
     contradiction: Contradiction,
     /// Variance to be added, lx².
     doubt: f64,
-    /// Whether they contradict each other, rather than that one of them knows too little.
+    /// Whether they contradict each other, rather than that one of them has too few samples.
     significant: bool,
 }
 

@@ -104,7 +104,7 @@ pub struct Front {
     shape: PieceShape,
     /// Whether a flat opening shines from both sides.
     two_sided: bool,
-    /// None for a body, whose pieces its canonical solid tells.
+    /// None for a body, whose pieces come from its canonical solid.
     pieces: Vec<Piece>,
     /// Running sums of the pieces' areas as shares of the whole.
     shares: Vec<f32>,

@@ -6,7 +6,7 @@ use super::surface::SurfaceOptics;
 use crate::embree::RayCaster;
 
 /// Solids inside of each other that are remembered; of more, the outermost are forgotten.
-const DEEPEST: usize = 4;
+const MAX_NESTED: usize = 4;
 /// Surfaces along a ray that finds what its start is in.
 const MAX_SURFACES: u32 = 256;
 
@@ -14,13 +14,13 @@ const MAX_SURFACES: u32 = 256;
 /// entered last counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Media {
-    materials: [u32; DEEPEST],
+    materials: [u32; MAX_NESTED],
     depth: u8,
 }
 
 impl Media {
     /// In no glass.
-    pub(crate) const AIR: Self = Self { materials: [0; DEEPEST], depth: 0 };
+    pub(crate) const AIR: Self = Self { materials: [0; MAX_NESTED], depth: 0 };
 
     /// What holds `point` (m). Rays in six directions count what they leave without having entered it; where they
     /// disagree, as about a sheet that encloses nothing, the point is in the air.
@@ -107,7 +107,7 @@ impl Media {
     }
 
     fn with(mut self, material: u32) -> Self {
-        if self.depth as usize == DEEPEST {
+        if self.depth as usize == MAX_NESTED {
             self.materials.rotate_left(1);
             self.depth -= 1;
         }

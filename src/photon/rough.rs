@@ -1,10 +1,10 @@
 //! Rough mirrors: what light does among the facets of a GGX microsurface.
 //!
 //! The surface is made of tiny perfect mirrors whose normals follow the GGX law (Trowbridge & Reitz 1975; Walter et al.
-//! 2007) and whose heights know nothing of their slopes (Smith 1967). Light bounces from facet to facet until it gets
+//! 2007) and whose heights do not depend on their slopes (Smith 1967). Light bounces from facet to facet until it gets
 //! out, as a random walk (Heitz et al. 2016): so every lumen that goes in comes out, at any roughness and angle, where
 //! the usual formula, which follows one bounce only, loses up to half of it. Its first bounce is that formula, with
-//! height-correlated masking and shadowing. The walk needs no law of heights: it only asks which share of the surface
+//! height-correlated masking and shadowing. The walk needs no law of heights: it only needs which share of the surface
 //! lies below where the light is, and a flight multiplies that share by v^(−1/Λ), v uniform (from Heitz et al., G₁ =
 //! C₁^Λ).
 //!
@@ -18,7 +18,7 @@ use glam::Vec3;
 use super::optics::mirror;
 use crate::random::{Stream, on_circle};
 
-/// Roughness below this counts as this: single precision tells no finer facets apart.
+/// Roughness below this counts as this: single precision resolves no finer facets.
 const FINEST: f32 = 1e-4;
 /// Facets that light meets at most; it then leaves as from the first. GGX of roughness 1 lets more than half of the
 /// light go at each.
@@ -234,7 +234,7 @@ mod tests {
     }
 
     /// White furnace: what a lossless surface sends to an eye from all around is what arrives, ∫ f cos θ dω = 1, at any
-    /// angle and roughness. Asked of the evaluation, which knows nothing of the walk's own bookkeeping. 48 cases: 4.5
+    /// angle and roughness. Tests the evaluation, which does not depend on the walk's own bookkeeping. 48 cases: 4.5
     /// σ.
     #[test]
     fn a_white_furnace_gives_one_at_all_angles() {
@@ -333,7 +333,7 @@ mod tests {
     }
 
     /// ∫ D (w·m)⁺ g(m) dm by quadrature: normals of u and φ have D cos θ dm = du dφ/2π with tan²θ = α² u/(1 − u); u = 1
-    /// − (1 − s)² spreads the steep ones out, and from below the horizon only those steep enough to be seen are asked.
+    /// − (1 − s)² spreads the steep ones out, and from below the horizon only those steep enough to be seen are taken.
     fn integral(alpha: f32, from: Vec3, g: impl Fn(Vec3) -> f64) -> f64 {
         let (steps, mut sum) = (600, 0.0);
         let steepness = f64::from(-from.z).max(0.0) / f64::from(alpha * from.x).max(1e-9);

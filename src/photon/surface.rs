@@ -12,7 +12,7 @@ use crate::scene::Material;
 use crate::scene::glazing::Curves;
 use crate::scene::material::{SHARP, Sides};
 
-/// A surface, in the channels of this run. Most surfaces are the first kind, so it knows nothing of the others.
+/// A surface, in the channels of this run. Most surfaces are the first kind, so it carries nothing of the others.
 #[derive(Clone, Debug)]
 pub(crate) enum SurfaceOptics<const C: usize> {
     Opaque {
@@ -117,7 +117,7 @@ impl<const C: usize> SurfaceOptics<C> {
         if let Self::Glass { ior, .. } = self { *ior } else { 1.0 }
     }
 
-    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` tells n₁/n₂ of glass for
+    /// Decides by roulette what becomes of a photon; `normal` is the geometric one, `ratio` gives n₁/n₂ of glass for
     /// light that enters it, or leaves.
     #[inline]
     pub(crate) fn meet(

@@ -88,7 +88,7 @@ pub struct Tally<const C: usize> {
     pub rays: u64,
 }
 
-/// Tallies of several passes together, in whatever order they come.
+/// Tallies of several passes together, in any order.
 #[derive(Clone, Copy, Debug)]
 pub struct TallySum<const C: usize> {
     flux: [[Sum; C]; 4],

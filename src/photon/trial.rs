@@ -12,7 +12,7 @@ use crate::scene::Scene;
 
 /// Photons sent ahead: half a minute of them at most, where all are caught, on one thread.
 const PHOTONS: u64 = 128;
-/// Of so many flights at the end of a photon that was cut off, none ends on an opaque surface if glass has caught it.
+/// Of this many flights at the end of a photon that was cut off, none ends on an opaque surface if glass has caught it.
 const LAST: u32 = BOUNCE_CAP / 10;
 /// Fewest bounces before light in glass counts as caught.
 const MIN_BOUNCES: u32 = 1000;

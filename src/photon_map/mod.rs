@@ -20,7 +20,7 @@ pub(crate) use tree::with_tree;
 pub use tree::{ChosenMap, Tree};
 
 pub use kd_tree::simd::LANES;
-use kd_tree::simd::Lines;
+use kd_tree::simd::LaneRows;
 
 pub use crate::flux::Flux;
 use crate::flux::accumulate;
@@ -114,7 +114,7 @@ pub struct Carried<const C: usize> {
     /// Positions, m, for trees that don't hold them where they sum.
     positions: Vec<[f32; 3]>,
     /// Flux, lm, by channel and sixteen photons at a time.
-    flux: Vec<Lines<C>>,
+    flux: Vec<LaneRows<C>>,
 }
 
 impl<const C: usize> Carried<C> {
@@ -123,7 +123,7 @@ impl<const C: usize> Carried<C> {
         let of =
             |photons: &[Flux<C>], channel: usize, lane: usize| photons.get(lane).map_or(0.0, |flux| flux.0[channel]);
         let block =
-            |photons| Lines(std::array::from_fn(|channel| std::array::from_fn(|lane| of(photons, channel, lane))));
+            |photons| LaneRows(std::array::from_fn(|channel| std::array::from_fn(|lane| of(photons, channel, lane))));
         Self { positions, flux: flux.chunks(LANES).map(block).collect() }
     }
 

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::blockers::{AxisBox, Blockers};
-use super::polygon::{Pieces, lambert};
+use super::polygon::{ConvexPieces, lambert};
 use super::web::{SeenShape, WebLight, WebParts, most_towards};
 use crate::embree::RayCaster;
 use crate::flux::{channels, photometric};
@@ -240,7 +240,7 @@ fn rim(centre: DVec3, half_width: DVec3, half_depth: DVec3, radius: f64) -> Vec<
         .collect()
 }
 
-/// A flat opening as measured: its front, and its back where light leaves there; `openings` tell both.
+/// A flat opening as measured: its front, and its back where light leaves there; `openings` are the two.
 fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&Opening; 2]) -> Vec<LightSource> {
     let mut turned = corners.clone();
     turned.reverse();
@@ -258,8 +258,8 @@ fn both_sides(measured: &Measured, flux: f64, corners: Vec<DVec3>, openings: [&O
 
 impl OpeningLight {
     /// Illuminance (lx) at the origin from convex pieces of an opening, or of a body's outline, above the horizon;
-    /// `whole` is what all of it brings, or 0 where that is what is asked for.
-    pub(super) fn sum(&self, pieces: &Pieces, up: DVec3, whole: f64, parts: &mut WebParts) -> f64 {
+    /// `whole` is what all of it brings, or 0 where that is to be found.
+    pub(super) fn sum(&self, pieces: &ConvexPieces, up: DVec3, whole: f64, parts: &mut WebParts) -> f64 {
         match self {
             Self::Lambertian(luminance) => {
                 luminance * pieces.iter().map(|piece| lambert(piece, up)).sum::<f64>().max(0.0)
@@ -416,7 +416,7 @@ impl MeshSource {
     }
 
     /// E of red, green and blue light at a point, lx, and the variance of their photometric sum, lx²: the mean of
-    /// samples spread over the triangles by `shares`, two a stratum so that they tell their variance without bias.
+    /// samples spread over the triangles by `shares`, two a stratum so that their variance is estimated without bias.
     pub(super) fn sample(
         &self,
         start: Vec3,

@@ -57,7 +57,7 @@ pub struct DirectLight<const C: usize> {
     pub left_out: Vec<f64>,
     /// Shadow rays cast.
     pub rays: u64,
-    /// The part of each light group, where asked for.
+    /// The part of each light group, where wanted.
     pub groups: Option<DirectGroups>,
 }
 

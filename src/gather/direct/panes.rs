@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::emitter::{OpeningLight, grey};
-use super::polygon::{Pieces, Shadow};
+use super::polygon::{ConvexPieces, Shadow};
 use super::web::WebParts;
 use crate::embree::RayCaster;
 
@@ -36,7 +36,7 @@ pub(super) struct Shaded<'a> {
 
 impl Shaded<'_> {
     /// Illuminance (lx) in red, green and blue by the lit pieces of an opening.
-    pub(super) fn sum(&mut self, lit: &Pieces) -> [f64; 3] {
+    pub(super) fn sum(&mut self, lit: &ConvexPieces) -> [f64; 3] {
         let mut sum = [0.0; 3];
         let mut before = Vec::new();
         for piece in lit.iter() {
@@ -51,7 +51,7 @@ impl Shaded<'_> {
             if pane.shadow.misses(part, self.size) {
                 continue;
             }
-            let mut outside = Pieces::default();
+            let mut outside = ConvexPieces::default();
             let mut scratch = [Vec::new(), Vec::new()];
             pane.shadow.cut(part, self.size, &mut outside, &mut scratch);
             let [inside, _] = scratch;
@@ -72,7 +72,7 @@ impl Shaded<'_> {
 
     /// Adds the light of a part that all of the panes `before` cover.
     fn add(&mut self, part: &[DVec3], before: &[usize], halvings: u32, sum: &mut [f64; 3]) {
-        let mut pieces = Pieces::default();
+        let mut pieces = ConvexPieces::default();
         if before.is_empty() {
             pieces.push(part);
             let lux = self.light.sum(&pieces, self.up, self.whole, self.parts);

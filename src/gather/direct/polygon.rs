@@ -70,13 +70,13 @@ fn angle_by_sine(sine_squared: f64, cosine: f64) -> f64 {
 
 /// Convex polygons, corner after corner.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pieces {
+pub(super) struct ConvexPieces {
     corners: Vec<DVec3>,
     /// One behind the last corner of each.
     ends: Vec<usize>,
 }
 
-impl Pieces {
+impl ConvexPieces {
     pub(super) fn clear(&mut self) {
         self.corners.clear();
         self.ends.clear();
@@ -177,7 +177,7 @@ impl Shadow {
     }
 
     /// Cuts this shadow out of `piece` and adds to `lit` what is left: at most one convex part for each plane.
-    pub(super) fn cut(&self, piece: &[DVec3], size: f64, lit: &mut Pieces, scratch: &mut [Vec<DVec3>; 2]) {
+    pub(super) fn cut(&self, piece: &[DVec3], size: f64, lit: &mut ConvexPieces, scratch: &mut [Vec<DVec3>; 2]) {
         let (corners_before, pieces_before) = (lit.corners.len(), lit.ends.len());
         let [rest, inside] = scratch;
         rest.clear();

@@ -112,7 +112,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// What one ray to anywhere on an opening tells of it.
+/// An estimate by one ray to any point of an opening.
 pub(super) fn glimpse(
     target: &Target<'_>,
     start: Vec3,
@@ -124,9 +124,9 @@ pub(super) fn glimpse(
     VisibleShare { share: target.passed(&ray, start, caster), variance: GLIMPSE, rays: 1 }
 }
 
-/// What rays to strata of an opening tell of it.
+/// An estimate by rays to strata of an opening.
 ///
-/// Two rays in each stratum tell its variance without bias. Where the first set saw all of it or nothing, one stratum
+/// Two rays in each stratum give its variance without bias. Where the first set saw all of it or nothing, one stratum
 /// of n may still hold a part q of another kind that its ray met with probability q only: (1 − q) q² ≤ 4/27 of its
 /// square.
 pub(super) fn stratified(

@@ -6,7 +6,7 @@ use super::MAX_CUTS;
 use super::blocker::Blocker;
 use super::emitter::{LightSource, OpeningLight};
 use super::panes::PaneShadow;
-use super::polygon::{Pieces, Shadow, above_horizon};
+use super::polygon::{ConvexPieces, Shadow, above_horizon};
 use super::web::WebParts;
 
 /// An opening as one point sees it.
@@ -21,10 +21,10 @@ pub(super) struct OpeningView {
     /// Height over a measured flat opening's plane, m.
     pub(super) flat_on: f64,
     /// What is still lit, and whether any shadow fell on it.
-    pub(super) lit: Pieces,
+    pub(super) lit: ConvexPieces,
     pub(super) touched: bool,
     pub(super) cuts_done: usize,
-    pub(super) next: Pieces,
+    pub(super) next: ConvexPieces,
     pub(super) cuts: [Vec<DVec3>; 2],
     /// Outline of a body.
     pub(super) outline: Vec<DVec3>,
@@ -109,7 +109,7 @@ impl OpeningView {
         true
     }
 
-    /// Cuts the shadows of some blockers out of the opening observed last, and tells whether any falls on it; nothing
+    /// Cuts the shadows of some blockers out of the opening observed last, and returns whether any falls on it; nothing
     /// if that takes too many cuts.
     pub(super) fn cut(&mut self, blockers: &[Blocker], source: &LightSource, eye: DVec3) -> Option<bool> {
         self.start();

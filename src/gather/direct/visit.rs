@@ -37,7 +37,7 @@ pub(super) struct Visit<'v, 'a, const C: usize> {
     pub(super) bounds: &'v AxisBox,
 }
 
-/// What is known to stand between an opening and a part of a block; `None` as long as no point has asked.
+/// What is known to stand between an opening and a part of a block; `None` before a point needs it.
 type ForPart = Option<InTheWay>;
 
 impl<const C: usize> Visit<'_, '_, C> {
@@ -111,9 +111,9 @@ impl<const C: usize> Visit<'_, '_, C> {
                     continue;
                 }
                 let weak = self.is_weak(sum);
-                let Some(in_the_way) = self.weigh(point, points, weak, &mut for_part, scratch) else { continue };
+                let Some(in_the_way) = self.search_for(point, points, weak, &mut for_part, scratch) else { continue };
                 let exact = self.exact(point, weak, in_the_way, (light, lux), scratch);
-                let found = exact.map_or_else(|| self.sampled(point, lux, weak, scratch), |lux| (lux, 0.0));
+                let found = exact.map_or_else(|| self.sample_instead(point, lux, weak, scratch), |lux| (lux, 0.0));
                 let before = sum.variance;
                 sum.add(self.emitter, found);
                 if weak {
@@ -148,7 +148,7 @@ impl<const C: usize> Visit<'_, '_, C> {
     /// What is in the way of one point of a part, and whether it was searched for this point alone (then it is in
     /// `scratch.point`, else in `scratch.part`); nothing where rays prove that the opening is hidden.
     #[inline]
-    fn weigh(
+    fn search_for(
         &self,
         point: usize,
         points: &[usize],
@@ -197,7 +197,7 @@ impl<const C: usize> Visit<'_, '_, C> {
     }
 
     /// The same by shadow rays, and its variance, lx².
-    fn sampled(&self, point: usize, lux: f64, weak: bool, scratch: &mut DirectScratch) -> ([f64; 3], f64) {
+    fn sample_instead(&self, point: usize, lux: f64, weak: bool, scratch: &mut DirectScratch) -> ([f64; 3], f64) {
         let gather = self.gather;
         let mut stream = gather.seed.branch(self.number as u64).stream(point as u64);
         let (start, caster) = (gather.receiver.start(point), gather.blockers.caster);

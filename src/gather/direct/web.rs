@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 use super::blockers::AxisBox;
-use super::polygon::{Pieces, lambert};
+use super::polygon::{ConvexPieces, lambert};
 use crate::geometry::body::Body;
 use crate::luminaire::web::Measured;
 
@@ -67,7 +67,7 @@ impl SeenShape {
 /// Memory reused from sum to sum.
 #[derive(Default)]
 pub(super) struct WebParts {
-    open: Pieces,
+    open: ConvexPieces,
     part: Vec<DVec3>,
     flattened: Vec<DVec3>,
 }

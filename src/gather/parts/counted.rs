@@ -1,5 +1,5 @@
 //! Light that photons are counted for: caustics in the cells of planes, and all light that photons bring to samples of
-//! surfaces and about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells help each other.
+//! surfaces and about bodies. Sums with fixed weights, so no photon is kept; neighbouring cells are smoothed together.
 
 use std::io;
 
@@ -14,7 +14,7 @@ pub fn bytes_per_point(channels: u64) -> u64 {
     16 * (channels + 1) + 14
 }
 
-/// Photons counted at each point, and how its neighbours helped.
+/// Photons counted at each point, and how they were smoothed.
 pub struct CountedLight<const C: usize> {
     counts: Counts<C>,
     /// What was done to the cells when they were smoothed, which is done to their light groups, too.

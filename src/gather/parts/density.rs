@@ -1,4 +1,4 @@
-//! Light told by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side;
+//! Light by the density of photons that cross a plane: smooth light by the k nearest, with several k side by side;
 //! light with edges over discs of a ladder of radii about single points; all of it at once by the paper's estimator.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -110,12 +110,12 @@ pub struct SmoothDensity<const C: usize> {
     sums: DensitySums<C>,
     /// Multiples of k that stand side by side.
     scales: &'static [f64],
-    /// Whether the user has said k.
+    /// Whether the user has set k.
     fixed: bool,
 }
 
 impl<const C: usize> SmoothDensity<C> {
-    /// None yet at so many points; `groups` with the number of those whose variance is kept.
+    /// None yet at `points` points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, fixed: bool, groups: Option<(&LightGroups, usize)>) -> Self {
         let scales = Self::scales(fixed);
         Self { sums: DensitySums::new(points, scales.len(), groups), scales, fixed }
@@ -184,7 +184,7 @@ pub struct Discs<const C: usize> {
 }
 
 impl<const C: usize> Discs<C> {
-    /// None yet at so many points; `groups` with the number of those whose variance is kept.
+    /// None yet at `points` points; `groups` with the number of those whose variance is kept.
     pub fn new(points: usize, widest: f32, floor: f32, groups: Option<(&LightGroups, usize)>) -> Self {
         Self { sums: DensitySums::new(points, LADDER, groups), widest, floor }
     }
@@ -245,7 +245,7 @@ impl<const C: usize> LightPart<C> for Discs<C> {
 pub struct PaperDensity<const C: usize>(Vec<EstimateSum<C>>);
 
 impl<const C: usize> PaperDensity<C> {
-    /// None yet at so many points.
+    /// None yet at `points` points.
     pub fn new(points: usize) -> Self {
         Self(vec![EstimateSum::NONE; points])
     }

@@ -1,7 +1,7 @@
 //! The parts of the light at the points of a receiver.
 //!
 //! What arrives at a point is a sum: light straight from luminaires, cut exactly or sampled; light that has bounced,
-//! found by rays or told by the density of photons; caustics, counted in cells or over discs. Each part knows its light
+//! found by rays or by the density of photons; caustics, counted in cells or over discs. Each part knows its light
 //! better with every round of photons and rays, and keeps for itself what it needs for that: its sums, their light
 //! groups, the choices it made. A new part is one file here with a type that implements [`LightPart`], and one line
 //! where a method lists its parts (`render/method.rs`).
@@ -44,18 +44,18 @@ pub struct Site {
     pub areas: Vec<f64>,
     /// What each point sees around itself in the plane; empty where no density of photons is taken.
     pub visible: Vec<VisiblePolygon>,
-    /// How neighbours on a grid help each other, where they do.
+    /// How neighbours on a grid are smoothed together, where they are.
     pub smoother: Option<Smoother>,
 }
 
-/// Where the light of a part comes from, as far as others have to know.
+/// Where the light of a part comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightOrigin {
     /// Straight from luminaires.
     Luminaires,
     /// From surfaces that rays from the points would meet.
     Surfaces,
-    /// By mirrors and glass, where such rays would hardly find it; all light, where nothing but photons tells it.
+    /// By mirrors and glass, where such rays would hardly find it; all light, where it is found by photons only.
     PhotonsOnly,
 }
 
@@ -81,7 +81,7 @@ pub struct PhotonRound<'a, const C: usize> {
     pub groups: Option<&'a LightGroups>,
 }
 
-/// What rays of one round may ask.
+/// What rays of one round may use.
 pub struct RayRound<'a, const C: usize> {
     /// Number of the round, all passes counted.
     pub number: u64,
@@ -89,7 +89,7 @@ pub struct RayRound<'a, const C: usize> {
     pub rays: u64,
     /// Finds the light that comes along a ray.
     pub sight: &'a Sight<'a, C>,
-    /// What this round's photons say of surfaces, where rays end there.
+    /// Illuminance of surfaces by this round's photons, where rays end there.
     pub records: Option<Records<'a, C>>,
     /// The same by light group.
     pub patches: Option<&'a PatchGroups<C>>,
@@ -119,7 +119,7 @@ pub struct GroupRows {
 }
 
 impl GroupRows {
-    /// No light at so many points.
+    /// No light at `points` points.
     pub fn dark(points: usize, width: usize, variances: usize) -> Self {
         Self { width, variances, light: vec![0.0; points * width], variance: vec![0.0; points * variances] }
     }
@@ -132,7 +132,7 @@ pub trait LightPart<const C: usize>: Send + Sync {
     /// Where its light comes from.
     fn source(&self) -> LightOrigin;
 
-    /// Adds what the photons of a round say.
+    /// Adds the photons of a round.
     fn add_photons(&mut self, _round: &PhotonRound<'_, C>, _site: &Site) {}
 
     /// Adds what rays of a round find; returns how many were cast.
@@ -140,7 +140,7 @@ pub trait LightPart<const C: usize>: Send + Sync {
         0
     }
 
-    /// What all rounds so far say of light at each point that was not straight from luminaires, and of its error:
+    /// The estimate of all rounds so far of light at each point that was not straight from luminaires, and its error:
     /// noise, and bias where there is some. Empty where there is none.
     fn conclude(&mut self, _known: PhotonTotal, _site: &Site) -> Vec<Estimate<C>> {
         Vec::new()
@@ -164,7 +164,7 @@ pub trait LightPart<const C: usize>: Send + Sync {
         Ok(())
     }
 
-    /// Variance of Σ weight · E over points, where the part knows what its points have in common.
+    /// Variance of Σ weight · E over points, where the part can estimate what its points have in common.
     fn variance_of_sum(&self, _weighted: &[(usize, f64)]) -> Option<f64> {
         None
     }

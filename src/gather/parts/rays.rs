@@ -1,6 +1,6 @@
 //! Light that has bounced, found by rays from the points: final gather where they end on surfaces whose light photons
-//! know, paths where they go on. Neighbours on a grid help each other; where rays rely on photons, other photons are
-//! their witness.
+//! know, paths where they go on. Neighbours on a grid are smoothed together; where rays rely on photons, other photons
+//! check them.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -27,9 +27,9 @@ pub struct RayLight<const C: usize> {
     seed: Seed,
     /// Rays of a point for each that a point of a grid sends.
     times: u64,
-    /// Whether neighbours help each other.
+    /// Whether neighbours are smoothed together.
     smooth: bool,
-    /// What some photons say of the same light.
+    /// The same light by some photons, to check it.
     witness: Option<Witness>,
     /// What that adds to the variance of each point, lx²; empty without such photons.
     doubt: Vec<f64>,

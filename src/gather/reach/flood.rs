@@ -7,8 +7,8 @@ use crate::gather::receiver::Receiver;
 use crate::sets::Sets;
 
 impl LightReach<'_> {
-    /// Joins the points of a receiver that are dark as yet with their neighbours; those that hang together with a place
-    /// are places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
+    /// Joins the points of a receiver that are dark as yet with their neighbours; those connected to a place are
+    /// places. Returns the rest, part by part. Cost: no more than two rays for each point that is dark as yet.
     pub(super) fn flood(&self, number: usize, receiver: &Receiver, found: &mut [Standing]) -> Vec<SpacePart> {
         let count = receiver.len();
         let columns = receiver.grid.map_or(count, |[columns, _]| columns);
@@ -31,7 +31,7 @@ impl LightReach<'_> {
         for (point, joined) in joined.iter().enumerate() {
             for (next, _) in [point + 1, point + columns].into_iter().zip(joined).filter(|(_, joined)| **joined) {
                 let (a, b) = (sets.root(point as u32), sets.root(next as u32));
-                // A place becomes the root, so that the root tells.
+                // A place becomes the root, so that the root decides for all.
                 let (low, high) = (a.min(b), a.max(b));
                 let (root, child) = if found[high as usize].is_place() { (high, low) } else { (low, high) };
                 sets.hang(child, root);

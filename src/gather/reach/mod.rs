@@ -5,7 +5,7 @@
 //! part of space, and share one answer. A part is a place if anything in it sees a luminaire or a point that light has
 //! come to (`walks.rs`, `probes.rs`), by any number of bounces, whatever the surfaces reflect. It is none if a closed
 //! body stands between it and all luminaires (`shells.rs`), or if neither the rims of openings nor as many walks as a
-//! hole of three millimetres asks for show a way.
+//! hole of three millimetres takes to be found show a way.
 
 mod flood;
 mod probes;

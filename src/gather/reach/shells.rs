@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::geometry::Mesh;
 use crate::sets::Sets;
 
-/// A triangle that is crossed nearer to its rim than this, as a part of its size, tells nothing: another direction is
+/// A triangle that is crossed nearer to its rim than this, as a part of its size, decides nothing: another direction is
 /// tried.
 const RIM: f64 = 1e-11;
 /// Directions along which crossings are counted, until one of them meets no rim.
@@ -170,7 +170,7 @@ impl FaceEdges {
         &self.uses[self.starts[edge] as usize..self.starts[edge + 1] as usize]
     }
 
-    /// Faces that hang together by their edges and use each an even number of times, once those with a free edge are
+    /// Faces that are connected by their edges and use each an even number of times, once those with a free edge are
     /// peeled off, one after the other.
     fn closed(&self, faces: &[OpaqueFace]) -> Vec<Vec<u32>> {
         let stays = self.peeled(faces.len());

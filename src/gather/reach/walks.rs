@@ -24,7 +24,7 @@ const LAMP_POINTS: usize = 4;
 const MAX_LAMP_POINTS: usize = 1024;
 
 impl LightReach<'_> {
-    /// Sends walks from the luminaires: where they come to is lit, and they tell whether light gets out.
+    /// Sends walks from the luminaires: the points they reach are lit, and they show whether light gets out.
     pub(super) fn send_out(&mut self) {
         if self.fronts.is_empty() {
             return;

@@ -13,9 +13,9 @@ use crate::photon::trace::BOUNCE_CAP;
 use crate::random::Stream;
 use crate::scene::glazing::Curves;
 
-/// A path goes on with this many times the chance that what it still brings is worth: 1.6 to 2 times as efficient as
-/// once, in an office.
-pub(in crate::gather) const RELUCTANCE: f32 = 4.0;
+/// Russian roulette lets a path go on with this many times the share of light that it still brings, if that is below 1:
+/// 1.6 to 2 times as efficient as a factor of 1, in an office.
+pub(in crate::gather) const SURVIVAL: f32 = 4.0;
 
 /// A path under way.
 pub(super) struct Path<'s, 'a, const C: usize> {
@@ -189,9 +189,9 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
         self.last = Last::Gloss(facets.lobe(-direction, self.direction, facing));
     }
 
-    /// Ends at a diffuse surface whose light photons know, and returns false; else adds the light that comes straight
-    /// from luminaires and as caustics, and goes on in a direction drawn by the cosine. `here` and `there` are the
-    /// weights of light that arrives on this side and on the other, `shares` what they may bring.
+    /// Ends at a diffuse surface whose light photons recorded, and returns false; else adds the light that comes
+    /// straight from luminaires and as caustics, and goes on in a direction drawn by the cosine. `here` and `there` are
+    /// the weights of light that arrives on this side and on the other, `shares` what they may bring.
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -227,7 +227,7 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
         true
     }
 
-    /// Whether photons know the light that arrives at a surface, on both sides if it is `translucent`; then it is
+    /// Whether photons recorded the light that arrives at a surface, on both sides if it is `translucent`; then it is
     /// added.
     #[inline(always)]
     fn is_recorded(
@@ -285,7 +285,7 @@ impl<'s, 'a, const C: usize> Path<'s, 'a, C> {
     /// Russian roulette by what the path still brings.
     #[inline(always)]
     fn survives(&mut self) -> bool {
-        let chance = (RELUCTANCE * self.weight.brightest()).min(1.0);
+        let chance = (SURVIVAL * self.weight.brightest()).min(1.0);
         if chance < 1.0 {
             if self.stream.uniform() >= chance {
                 return false;

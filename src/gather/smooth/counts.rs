@@ -2,7 +2,7 @@
 //!
 //! Counts differ from what rays find in two ways. Their noise is known cell by cell, as the sum of the photons'
 //! squares, and differs a thousandfold between a focus and the shadow beside it: so it is never pooled. And their light
-//! has edges: a window counts only where it agrees with what narrower ones say of this very cell, and what blur its
+//! has edges: a window counts only where it agrees with narrower ones at this very cell, and what blur its
 //! neighbourhood shows is claimed there and not spread far.
 
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ pub struct Smoothed {
     pub restored: f32,
 }
 
-/// What one window says of a cell.
+/// The fit of one window at a cell.
 #[derive(Clone, Copy)]
 struct CountFit<const C: usize> {
     fit: Fit<C>,
@@ -46,8 +46,9 @@ struct CountFit<const C: usize> {
 }
 
 impl Smoother {
-    /// The estimate at every cell with its neighbours' help, and its variance, blur included. `raw` is what the cells
-    /// counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each, lx.
+    /// The estimate at every cell, smoothed over its neighbours, and its variance, blur included. `raw` is what the
+    /// cells counted themselves, with the variance of independent photons; `quantum` is what one photon brings to each,
+    /// lx.
     ///
     /// Bright cells are smoothed more than dark ones beside an edge, which would lose flux: it is restored over the
     /// cells about. What was done to each cell is in `chosen`. Cost: 4 to 20 µs a cell.
@@ -87,7 +88,7 @@ impl Smoother {
                     |window: usize| if risks[window][point].abs() < nothing { 0.0 } else { risks[window][point] };
                 let better = |&a: &usize, &b: &usize| risk(a).total_cmp(&risk(b));
                 let possible = |&window: &usize| agrees(&fits[point], window, quantum(point));
-                // Of windows as good as each other the widest: where nothing was met it has most to say.
+                // Of windows as good as each other the widest: where nothing was met it bounds the light best.
                 (0..WINDOWS.len()).rev().filter(possible).min_by(better).unwrap_or(0)
             })
             .collect();
@@ -151,7 +152,7 @@ impl Smoother {
         means.into_iter().map(|square| square.max(0.0)).collect()
     }
 
-    /// What every window says of a cell. `reached` is memory to reuse.
+    /// The fit of every window at a cell. `reached` is memory to reuse.
     fn counted_fits<const C: usize>(
         &self,
         point: usize,
@@ -199,7 +200,7 @@ impl<const C: usize> CountFit<C> {
     const NONE: Self = Self { fit: Fit::NONE, variance: 0.0 };
 }
 
-/// Whether a window's fit may stand: light is not negative, and narrower windows say the same within the noise that
+/// Whether a window's fit may stand: light is not negative, and narrower windows agree within the noise that
 /// they would have in its light.
 fn agrees<const C: usize>(fits: &[CountFit<C>; WINDOWS.len()], window: usize, quantum: f64) -> bool {
     let wide = &fits[window];

@@ -56,7 +56,7 @@ pub(super) const MONOMIALS: usize = 15;
 /// Terms of the polynomials fitted: 1, x, y, x², xy, y². The first monomials are the same.
 pub(super) const TERMS: usize = 6;
 
-/// What one window says of a point.
+/// The fit of one window at a point.
 #[derive(Clone, Copy)]
 pub(super) struct Fit<const C: usize> {
     /// lx.
@@ -123,7 +123,7 @@ impl<const C: usize> FitSums<C> {
     }
 
     /// Coefficients of the value at the middle of the polynomial fitted by least squares; of a lower degree where the
-    /// neighbours don't bear the one asked for.
+    /// neighbours don't determine the one wanted.
     pub(super) fn row(&self, window: &Window) -> [f64; TERMS] {
         let [plain, square, _] = &self.moments;
         let kernel: [f64; MONOMIALS] = std::array::from_fn(|i| plain[i] - window.sharpness * square[i]);
@@ -241,8 +241,8 @@ pub(super) fn offsets(cell: [f32; 2]) -> Vec<Offset> {
     offsets
 }
 
-/// A pivot below this part of its diagonal element makes a matrix nearly singular: the neighbours do not bear the
-/// degree.
+/// A pivot below this part of its diagonal element makes a matrix nearly singular: the neighbours do not determine the
+/// polynomial.
 const SINGULAR: f64 = 1e-4;
 
 /// First row of the inverse of the leading `size` × `size` part of a symmetric positive matrix, by Cholesky's

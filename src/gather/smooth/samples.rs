@@ -1,4 +1,4 @@
-//! Samples at points in independent batches, whose scatter tells their noise.
+//! Samples at points in independent batches, whose scatter gives their noise.
 
 use std::io;
 
@@ -11,7 +11,7 @@ use crate::state::tape::Tape;
 
 /// Independent parts of the samples of a map, whose scatter is the noise: neighbours' scatter is pooled.
 pub const MAP_BATCHES: usize = 8;
-/// Those of points without neighbours, each of which has nothing but its own batches to know its noise by: with 16,
+/// Those of points without neighbours, whose noise is estimated from their own batches alone: with 16,
 /// what is within two standard errors is 93.6 % (Student's t) where a known one has 95.4 %.
 pub const POINT_BATCHES: usize = 16;
 
@@ -21,7 +21,7 @@ pub struct Samples<const C: usize> {
     sums: Vec<[Sum; C]>,
     /// Samples of a point in each batch.
     counts: Vec<u64>,
-    /// The same by light group, where asked for.
+    /// The same by light group, where wanted.
     groups: Option<GroupSamples>,
 }
 
@@ -36,7 +36,7 @@ struct GroupSamples {
 }
 
 impl<const C: usize> Samples<C> {
-    /// None yet, in so many batches. Takes 16 bytes a channel, batch and point.
+    /// None yet, in `batches` batches. Takes 16 bytes a channel, batch and point.
     pub fn new(points: usize, batches: usize) -> Self {
         Self { sums: vec![[Sum::ZERO; C]; points * batches], counts: vec![0; batches], groups: None }
     }
@@ -163,7 +163,7 @@ impl<const C: usize> Samples<C> {
         points.map(|point| Estimate { value: self.mean(point), variance: self.variance(point) }).collect()
     }
 
-    /// The same with the variance of a point that has nothing but its own batches to know it by; see [`few`].
+    /// The same with the variance of points that have no neighbours, from their own batches alone; see [`few`].
     pub fn alone(&self) -> Vec<Estimate<C>> {
         let factor = few(self.active().count() as f64);
         let mut estimates = self.plain();
@@ -172,7 +172,7 @@ impl<const C: usize> Samples<C> {
     }
 }
 
-/// What the samples of some points say together.
+/// The samples of some points together.
 pub struct Together {
     /// Photometric mean, lx.
     pub mean: f64,

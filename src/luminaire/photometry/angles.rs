@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::text::{CLOSEST, Words};
+use super::text::{CLOSEST, WordReader};
 use super::{Notes, Symmetry};
 use crate::error::{InputError, Location};
 
@@ -28,7 +28,7 @@ pub(super) struct Angles {
 /// Reads `count` angles within a range.
 pub(super) fn read(
     path: &Path,
-    words: &mut Words,
+    words: &mut WordReader,
     count: usize,
     what: &str,
     [low, high]: [f64; 2],
@@ -140,7 +140,7 @@ mod tests {
     fn planes(text: &str) -> Result<(Vec<f64>, bool), String> {
         let lines = [text];
         let path = Path::new("x");
-        let mut words = Words::new(path, &lines, 0, Commas::Part);
+        let mut words = WordReader::new(path, &lines, 0, Commas::Part);
         let count = words.left();
         read(path, &mut words, count, "plane", TURNS, &mut Notes::default())
             .map(|angles| (angles.list, angles.fall))

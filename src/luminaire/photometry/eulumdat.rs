@@ -22,7 +22,7 @@ use std::path::Path;
 
 use super::opening::{LengthUnit, LuminousOpening};
 use super::table::{IntensityTable, within_turn};
-use super::text::{self, Commas, Words, quoted};
+use super::text::{self, Commas, WordReader, quoted};
 use super::{Choice, Format, Lamps, Notes, Photometry, PlaneSystem, Symmetry, Values, angles};
 use crate::error::{InputError, Location};
 
@@ -51,10 +51,10 @@ pub(super) fn parse(path: &Path, text: &str, choice: &Choice) -> Result<Photomet
     let stored = Stored::new(kind, planes);
     let read = |commas| {
         let mut notes = Notes::default();
-        let body = stored.read(path, angles, factor, &mut Words::new(path, &lines, first, commas), &mut notes)?;
+        let body = stored.read(path, angles, factor, &mut WordReader::new(path, &lines, first, commas), &mut notes)?;
         Ok((body, notes))
     };
-    let ((body, others), note) = text::settle(path, Words::new(path, &lines, first, Commas::Decimal), read)?;
+    let ((body, others), note) = text::settle(path, WordReader::new(path, &lines, first, Commas::Decimal), read)?;
     if let Some((line, sentence)) = note {
         notes.at(line, sentence);
     }
@@ -268,7 +268,7 @@ impl Stored {
         path: &Path,
         angles: usize,
         factor: f64,
-        words: &mut Words,
+        words: &mut WordReader,
         notes: &mut Notes,
     ) -> Result<IntensityTable, InputError> {
         let (start, left) = (words.at(), words.left());

@@ -27,7 +27,7 @@ use std::path::Path;
 use super::labels::{self, Labels, edition, edition_of, names_tm33};
 use super::opening::{LengthUnit, LuminousOpening};
 use super::table::IntensityTable;
-use super::text::{self, Commas, Words, quoted};
+use super::text::{self, Commas, WordReader, quoted};
 use super::{Format, Notes, Photometry, PlaneSystem, Symmetry, Tilt, Values, angles, tilt};
 use crate::error::{InputError, Location};
 use crate::luminaire::intensity::Intensity;
@@ -51,7 +51,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Photometry, InputError> {
         return Err(InputError::new(at, "the end of the file", expected));
     };
     let mut labels = Labels::read(&lines[first..tilt_line], format);
-    let all = Words::new(path, &lines, tilt_line + 1, Commas::Decimal);
+    let all = WordReader::new(path, &lines, tilt_line + 1, Commas::Decimal);
     let (numbers, note) = text::settle(path, all, |commas| IesData::read(path, format, &lines, tilt_line, commas))?;
     if let Some((line, sentence)) = note {
         notes.at(line, sentence);
@@ -96,7 +96,7 @@ impl IesData {
     /// Reads them where commas mean that; they end with the file, or with text.
     fn read(path: &Path, format: Format, lines: &[&str], tilt_line: usize, commas: Commas) -> Result<Self, InputError> {
         let mut notes = Notes::default();
-        let mut words = Words::new(path, lines, tilt_line + 1, commas);
+        let mut words = WordReader::new(path, lines, tilt_line + 1, commas);
         let what = tilt::of_line(lines[tilt_line]).unwrap_or_default();
         let tilt = tilt::read(path, tilt_line + 1, what, &mut words, &mut notes)?;
         let head = Head::read(path, format, &mut words, &mut notes)?;
@@ -140,7 +140,7 @@ struct Head {
 }
 
 impl Head {
-    fn read(path: &Path, format: Format, words: &mut Words, notes: &mut Notes) -> Result<Self, InputError> {
+    fn read(path: &Path, format: Format, words: &mut WordReader, notes: &mut Notes) -> Result<Self, InputError> {
         let start = words.at();
         let (lamp_line, lamps) = words.number("the number of lamps, the first of ten numbers after TILT")?;
         if lamps.fract() != 0.0 || !(0.0..=1e6).contains(&lamps) {
@@ -207,7 +207,7 @@ impl Head {
 }
 
 /// A factor that must be more than 0.
-fn factor(path: &Path, words: &mut Words, what: &str) -> Result<f64, InputError> {
+fn factor(path: &Path, words: &mut WordReader, what: &str) -> Result<f64, InputError> {
     let (line, value) = words.number(what)?;
     if value > 0.0 && value <= 1e9 {
         return Ok(value);
@@ -219,7 +219,7 @@ fn read_opening(
     path: &Path,
     format: Format,
     metres: f64,
-    words: &mut Words,
+    words: &mut WordReader,
     notes: &mut Notes,
 ) -> Result<LuminousOpening, InputError> {
     let (line, width) = words.number("width of the luminous opening")?;
@@ -255,7 +255,13 @@ struct IesBody {
 }
 
 impl IesBody {
-    fn read(path: &Path, head: &Head, factor: f64, words: &mut Words, notes: &mut Notes) -> Result<Self, InputError> {
+    fn read(
+        path: &Path,
+        head: &Head,
+        factor: f64,
+        words: &mut WordReader,
+        notes: &mut Notes,
+    ) -> Result<Self, InputError> {
         let [vertical, horizontal] = match head.kind {
             PlaneSystem::C => [[0.0, 180.0], angles::TURNS],
             PlaneSystem::B => [[-180.0, 180.0], [-90.0, 90.0]],

@@ -33,7 +33,7 @@ pub use opening::{LuminousOpening, Shape};
 pub use tilt::Tilt;
 
 use self::table::IntensityTable;
-use self::text::{Words, quoted};
+use self::text::{WordReader, quoted};
 use super::intensity::Intensity;
 use crate::error::{InputError, Location};
 use crate::files;
@@ -268,7 +268,13 @@ struct Values {
 
 impl Values {
     /// Reads `count` numbers and multiplies them.
-    fn read(path: &Path, words: &mut Words, count: usize, factor: f64, notes: &mut Notes) -> Result<Self, InputError> {
+    fn read(
+        path: &Path,
+        words: &mut WordReader,
+        count: usize,
+        factor: f64,
+        notes: &mut Notes,
+    ) -> Result<Self, InputError> {
         let first = words.at();
         let number = |number| words.number(&format!("intensity {number} of {count}"));
         Self::of(path, first, (1..=count).map(number), factor, notes)

@@ -72,7 +72,7 @@ pub(super) fn lines(text: &str) -> Vec<&str> {
 
 /// Words of the lines from one on, one after the other. None is empty.
 #[derive(Clone)]
-pub(super) struct Words<'a> {
+pub(super) struct WordReader<'a> {
     path: &'a Path,
     lines: &'a [&'a str],
     /// Index of the line that `rest` belongs to.
@@ -90,7 +90,7 @@ pub(super) enum Commas {
     Decimal,
 }
 
-impl<'a> Words<'a> {
+impl<'a> WordReader<'a> {
     /// Words from the line of that index on.
     pub(super) fn new(path: &'a Path, lines: &'a [&'a str], first: usize, commas: Commas) -> Self {
         Self { path, lines, line: first, rest: lines.get(first).copied().unwrap_or(""), commas }
@@ -130,7 +130,7 @@ impl<'a> Words<'a> {
     }
 }
 
-impl<'a> Iterator for Words<'a> {
+impl<'a> Iterator for WordReader<'a> {
     /// Number of the line, from 1, and the word.
     type Item = (usize, &'a str);
 
@@ -236,7 +236,7 @@ pub(super) fn decimals<'a>(
 }
 
 /// Refuses numbers after the last that belongs somewhere; text there is passed over with a note.
-pub(super) fn check_end(path: &Path, words: &Words, counted: &str, notes: &mut Notes) -> Result<(), InputError> {
+pub(super) fn check_end(path: &Path, words: &WordReader, counted: &str, notes: &mut Notes) -> Result<(), InputError> {
     let Some((line, word)) = words.clone().next() else { return Ok(()) };
     let left = words.clone().take_while(|(_, word)| parse(word).is_some()).count();
     if left == 0 {
@@ -287,9 +287,9 @@ mod tests {
     #[test]
     fn words_keep_their_line() {
         let lines = ["1,2", "", " 3 ,\t4,", "5"];
-        let words = Words::new(Path::new("x"), &lines, 0, Commas::Part);
+        let words = WordReader::new(Path::new("x"), &lines, 0, Commas::Part);
         assert_eq!(words.collect::<Vec<_>>(), [(1, "1"), (1, "2"), (3, "3"), (3, "4"), (4, "5")]);
-        let mut words = Words::new(Path::new("x"), &lines, 0, Commas::Decimal);
+        let mut words = WordReader::new(Path::new("x"), &lines, 0, Commas::Decimal);
         assert_eq!(words.number("").unwrap(), (1, 1.2));
     }
 
@@ -324,12 +324,12 @@ mod tests {
     fn counted(line: &str, count: usize) -> Result<(Vec<f64>, bool), String> {
         let (path, lines) = (Path::new("x"), [line]);
         let read = |commas| {
-            let words = Words::new(path, &lines, 0, commas);
+            let words = WordReader::new(path, &lines, 0, commas);
             let numbers: Option<Vec<f64>> = words.map(|(_, word)| parse(word)).collect();
             let numbers = numbers.filter(|numbers| numbers.len() == count);
             numbers.ok_or_else(|| InputError::new(Location::line(path, 1), "a count", format!("{count}")))
         };
-        let settled = settle(path, Words::new(path, &lines, 0, Commas::Decimal), read);
+        let settled = settle(path, WordReader::new(path, &lines, 0, Commas::Decimal), read);
         settled.map(|(numbers, note)| (numbers, note.is_some())).map_err(|error| error.to_string())
     }
 

@@ -15,7 +15,7 @@ use std::path::{Component, Path};
 
 use glam::DVec3;
 
-use super::text::{self, Commas, Words, quoted};
+use super::text::{self, Commas, WordReader, quoted};
 use super::{Notes, angles};
 use crate::error::{InputError, Location};
 
@@ -101,7 +101,7 @@ pub(super) fn read(
     path: &Path,
     line: usize,
     what: &str,
-    words: &mut Words,
+    words: &mut WordReader,
     notes: &mut Notes,
 ) -> Result<Option<Tilt>, InputError> {
     if what.eq_ignore_ascii_case("NONE") {
@@ -133,8 +133,9 @@ pub(super) fn read(
     })?;
     let text = text::decode(&file, &content)?;
     let lines = text::lines(&text);
-    let all = Words::new(&file, &lines, 0, Commas::Decimal);
-    let (tilt, note) = text::settle(&file, all, |commas| factors(&file, &mut Words::new(&file, &lines, 0, commas)))?;
+    let all = WordReader::new(&file, &lines, 0, Commas::Decimal);
+    let (tilt, note) =
+        text::settle(&file, all, |commas| factors(&file, &mut WordReader::new(&file, &lines, 0, commas)))?;
     if let Some((other, sentence)) = note {
         notes.at(line, format!("line {other} of {}: {sentence}", quoted(what)));
     }
@@ -142,7 +143,7 @@ pub(super) fn read(
 }
 
 /// Lamp-to-luminaire geometry, number of pairs, angles, factors.
-fn factors(path: &Path, words: &mut Words) -> Result<Tilt, InputError> {
+fn factors(path: &Path, words: &mut WordReader) -> Result<Tilt, InputError> {
     let (_, geometry) = words.whole("lamp-to-luminaire geometry", 1, 3)?;
     let (_, count) = words.whole("number of tilt angles", 1, 721)?;
     let listed = angles::read(path, words, count as usize, "tilt angle", [-180.0, 180.0], &mut Notes::default())?;

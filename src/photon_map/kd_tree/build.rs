@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::select::{Bracket, count_at_most, kth_smallest};
-use super::simd::{LANES, Lanes, Lines, Mask, Work, dispatch};
+use super::simd::{LANES, LaneRows, Lanes, Mask, SimdWork, dispatch};
 use super::{CHILDREN, KdTree, LEAF, Leaf, Node, NodeLevel, TOPS, VECTORS};
 
 /// Photons below which a part isn't handed to another thread.
@@ -15,11 +15,11 @@ struct Columns<'a>([&'a mut [f32]; 4]);
 
 impl<'a> Columns<'a> {
     /// Columns in the memory of leaves. Those of a single leaf are the leaf.
-    fn in_leaves(leaves: &'a mut [Leaf], photons: &'a mut [Lines<VECTORS>]) -> Self {
+    fn in_leaves(leaves: &'a mut [Leaf], photons: &'a mut [LaneRows<VECTORS>]) -> Self {
         let length = leaves.len() * LEAF;
-        let (x, rest) = Lines::numbers_mut(leaves).split_at_mut(length);
+        let (x, rest) = LaneRows::numbers_mut(leaves).split_at_mut(length);
         let (y, z) = rest.split_at_mut(length);
-        Self([x, y, z, Lines::numbers_mut(photons)])
+        Self([x, y, z, LaneRows::numbers_mut(photons)])
     }
 
     fn split_at(self, middle: usize) -> (Self, Self) {
@@ -37,7 +37,7 @@ impl<'a> Columns<'a> {
 pub(super) fn build(positions: &[[f32; 3]]) -> KdTree {
     let count = positions.len();
     let leaf_count = count.div_ceil(LEAF);
-    let columns = [(); 4].map(|()| vec![Lines([[f32::INFINITY; LANES]; VECTORS]); leaf_count]);
+    let columns = [(); 4].map(|()| vec![LaneRows([[f32::INFINITY; LANES]; VECTORS]); leaf_count]);
     let [mut x, mut y, mut z, mut index] = columns;
     let of_leaf = (&mut x, &mut y, &mut z, &mut index, positions.par_chunks(LEAF)).into_par_iter().enumerate();
     of_leaf.with_min_len(TASK / LEAF).for_each(|(leaf, (x, y, z, index, positions))| {
@@ -47,17 +47,17 @@ pub(super) fn build(positions: &[[f32; 3]]) -> KdTree {
             index[place] = f32::from_bits((leaf * LEAF + place) as u32);
         }
     });
-    let mut leaves = vec![Lines([[0.0; LANES]; 3 * VECTORS]); leaf_count];
-    let mut photons = vec![Lines([[0.0; LANES]; VECTORS]); leaf_count];
-    let data = [&mut x, &mut y, &mut z, &mut index].map(|column| Lines::numbers_mut(column));
+    let mut leaves = vec![LaneRows([[0.0; LANES]; 3 * VECTORS]); leaf_count];
+    let mut photons = vec![LaneRows([[0.0; LANES]; VECTORS]); leaf_count];
+    let data = [&mut x, &mut y, &mut z, &mut index].map(|column| LaneRows::numbers_mut(column));
     split(Columns(data), &mut leaves, &mut photons, count);
-    let photons = Lines::numbers(&photons).par_iter().with_min_len(TASK).map(|photon| photon.to_bits()).collect();
+    let photons = LaneRows::numbers(&photons).par_iter().with_min_len(TASK).map(|photon| photon.to_bits()).collect();
     let (nodes, levels) = nodes(&leaves, count);
     KdTree { count, leaves, photons, nodes, levels }
 }
 
 /// Distributes the first `count` photons of `data` among `leaves`. Which half is done by which thread changes nothing.
-fn split(mut data: Columns<'_>, leaves: &mut [Leaf], photons: &mut [Lines<VECTORS>], count: usize) {
+fn split(mut data: Columns<'_>, leaves: &mut [Leaf], photons: &mut [LaneRows<VECTORS>], count: usize) {
     if leaves.len() <= 1 {
         let leaf = Columns::in_leaves(leaves, photons);
         leaf.0.into_iter().zip(data.0).for_each(|(to, from)| to.copy_from_slice(from));
@@ -101,7 +101,7 @@ struct Halve<'a, 'b, 'c> {
     middle: usize,
 }
 
-impl Work for Halve<'_, '_, '_> {
+impl SimdWork for Halve<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -116,7 +116,7 @@ impl Work for Halve<'_, '_, '_> {
             return; // all in one place
         }
         let cut = cut(lanes, data.blocks(axes[0]), middle, bounds[axes[0]], count);
-        let mut sides = Sides {
+        let mut sides = LeftHalf {
             axes: [axes[0], axes[1]],
             less_than: cut.value,
             at_most: cut.value,
@@ -138,7 +138,7 @@ impl Work for Halve<'_, '_, '_> {
 }
 
 /// Which photons belong to the left half.
-struct Sides {
+struct LeftHalf {
     axes: [usize; 2],
     /// Along the first axis: left.
     less_than: f32,
@@ -150,7 +150,7 @@ struct Sides {
     room: usize,
 }
 
-impl Sides {
+impl LeftHalf {
     #[inline(always)]
     fn left<L: Lanes>(&mut self, lanes: L, data: &Columns<'_>, block: usize) -> Mask {
         let first = lanes.load(&data.blocks(self.axes[0])[block]);
@@ -172,7 +172,7 @@ impl Sides {
 
 /// Second coordinates of the photons on the cut, filled up with +∞ to whole vectors.
 #[inline(always)]
-fn collect_tied<'a, L: Lanes>(lanes: L, data: &Columns<'_>, sides: &Sides, room: &'a mut [f32]) -> &'a [f32] {
+fn collect_tied<'a, L: Lanes>(lanes: L, data: &Columns<'_>, sides: &LeftHalf, room: &'a mut [f32]) -> &'a [f32] {
     let cut = lanes.splat(sides.at_most);
     let mut count = 0;
     for (first, second) in data.blocks(sides.axes[0]).iter().zip(data.blocks(sides.axes[1])) {
@@ -222,7 +222,7 @@ fn cut<L: Lanes>(lanes: L, blocks: &[[f32; LANES]], k: usize, [low, high]: [f32;
 
 /// Moves the photons of the left side before the others; either side keeps its order.
 #[inline(always)]
-fn partition<L: Lanes>(lanes: L, data: &mut Columns<'_>, spare: &mut Columns<'_>, mut sides: Sides) {
+fn partition<L: Lanes>(lanes: L, data: &mut Columns<'_>, spare: &mut Columns<'_>, mut sides: LeftHalf) {
     let (mut left, mut right) = (0, 0);
     for block in 0..data.0[0].len() / LANES {
         let mask = sides.left(lanes, data, block);

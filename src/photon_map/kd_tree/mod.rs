@@ -43,7 +43,7 @@ use rayon::prelude::*;
 
 pub use self::query::Scratch;
 use self::query::{Nearest, SumNearest, VisitNearest, VisitSixteen, VisitWithin};
-use self::simd::{LANES, Lines, Mask, dispatch};
+use self::simd::{LANES, LaneRows, Mask, dispatch};
 use super::{BlockVisitor, Carried, NearestPhotons, NearestSum, PhotonBlock};
 use crate::flux::Flux;
 
@@ -57,7 +57,7 @@ const CHILDREN: usize = LANES;
 const TOPS: usize = 4;
 
 /// Coordinates of a leaf's photons, m: all x, all y, all z; +∞ where there is none.
-type Leaf = Lines<{ 3 * VECTORS }>;
+type Leaf = LaneRows<{ 3 * VECTORS }>;
 
 /// The boxes of a node's children, m: from `low` to `high` along each axis, empty (+∞ to −∞) where there is none.
 #[repr(align(64))]
@@ -119,7 +119,7 @@ impl NearestPhotons for KdTree {
 
     fn carry<const C: usize>(&self, _: Vec<[f32; 3]>, flux: Vec<Flux<C>>) -> Carried<C> {
         let blocks = self.photons.par_chunks(LANES).with_min_len(256).map(|photons| {
-            let mut block = Lines([[0.0; LANES]; C]);
+            let mut block = LaneRows([[0.0; LANES]; C]);
             for (lane, &photon) in photons.iter().enumerate() {
                 let Some(flux) = flux.get(photon as usize) else { continue };
                 block.0.iter_mut().zip(flux.0).for_each(|(lanes, channel)| lanes[lane] = channel);
@@ -177,7 +177,7 @@ impl<F: FnMut(usize, f32)> VisitSixteen for OneByOne<'_, F> {
 
 /// Shows them with their flux.
 struct WithFlux<'a, V, const C: usize> {
-    flux: &'a [Lines<C>],
+    flux: &'a [LaneRows<C>],
     visitor: &'a mut V,
 }
 

@@ -1,9 +1,9 @@
 //! Asks the tree.
 //!
-//! No closure here works on vectors: closures are compiled without the instruction set (see [`Work`]).
+//! No closure here works on vectors: closures are compiled without the instruction set (see [`SimdWork`]).
 
 use super::select::{Bracket, kth_smallest};
-use super::simd::{LANES, Lanes, Lines, Mask, Work};
+use super::simd::{LANES, LaneRows, Lanes, Mask, SimdWork};
 use super::{CHILDREN, KdTree, LEAF, Leaf, Node, VECTORS};
 use crate::photon_map::NearestSum;
 
@@ -17,7 +17,7 @@ pub struct Scratch {
     reached: Vec<u32>,
     next: Vec<u32>,
     /// Squared distances of the photons of those leaves.
-    distances: Vec<Lines<VECTORS>>,
+    distances: Vec<LaneRows<VECTORS>>,
     /// Of the slow but bounded search: squared distance and place of the photons found, and what is still to be
     /// visited.
     found: Vec<(f32, u32)>,
@@ -157,7 +157,7 @@ impl Nearest<'_> {
                     return None;
                 }
                 let bracket = Bracket { low: 0.0_f32.next_down(), below: 0, high: radius_squared, upto: count };
-                let distances = Lines::blocks(&scratch.distances[..scratch.reached.len()]);
+                let distances = LaneRows::blocks(&scratch.distances[..scratch.reached.len()]);
                 let kth = kth_smallest(lanes, distances, k, bracket);
                 if kth.upto > k {
                     break; // photons equally far: only some of them are wanted
@@ -204,7 +204,7 @@ impl KdTree {
         let Scratch { reached, distances, .. } = scratch;
         let limit = lanes.splat(radius_squared);
         if distances.len() < reached.len() {
-            distances.resize(reached.len(), Lines([[0.0; LANES]; VECTORS]));
+            distances.resize(reached.len(), LaneRows([[0.0; LANES]; VECTORS]));
         }
         let mut count = 0;
         for (&leaf, distances) in reached.iter().zip(distances) {
@@ -282,7 +282,7 @@ pub(super) struct VisitNearest<'a, F> {
     pub(super) visit: F,
 }
 
-impl<F: FnMut(usize, f32)> Work for VisitNearest<'_, F> {
+impl<F: FnMut(usize, f32)> SimdWork for VisitNearest<'_, F> {
     type Output = ();
 
     #[inline(always)]
@@ -311,11 +311,11 @@ impl<F: FnMut(usize, f32)> Work for VisitNearest<'_, F> {
 /// Adds the flux of the nearest, in the order of the leaves.
 pub(super) struct SumNearest<'a, const C: usize> {
     pub(super) nearest: Nearest<'a>,
-    pub(super) flux: &'a [Lines<C>],
+    pub(super) flux: &'a [LaneRows<C>],
     pub(super) scratch: &'a mut Scratch,
 }
 
-impl<const C: usize> Work for SumNearest<'_, C> {
+impl<const C: usize> SimdWork for SumNearest<'_, C> {
     type Output = NearestSum<C>;
 
     #[inline(always)]
@@ -377,7 +377,7 @@ pub(super) trait VisitSixteen {
     fn visit(&mut self, place: usize, offset: &[[f32; LANES]; 3], distance_squared: &[f32; LANES], within: Mask);
 }
 
-impl<V: VisitSixteen> Work for VisitWithin<'_, V> {
+impl<V: VisitSixteen> SimdWork for VisitWithin<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -386,7 +386,7 @@ impl<V: VisitSixteen> Work for VisitWithin<'_, V> {
         let radius_squared = (radius * radius).min(FARTHEST);
         let (point, limit) = (splat(lanes, at), lanes.splat(radius_squared));
         tree.reach(lanes, point, radius_squared, usize::MAX, scratch);
-        let (mut offset, mut distances) = (Lines([[0.0; LANES]; 3]), Lines([[0.0; LANES]]));
+        let (mut offset, mut distances) = (LaneRows([[0.0; LANES]; 3]), LaneRows([[0.0; LANES]]));
         for part in 0..scratch.reached.len() * VECTORS {
             let (leaf, vector) = (scratch.reached[part / VECTORS] as usize, part % VECTORS);
             let offsets = offsets(lanes, &tree.leaves[leaf], vector, point);

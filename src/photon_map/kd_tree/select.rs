@@ -1,6 +1,6 @@
 //! The k-th smallest of many numbers, by counting instead of sorting.
 
-use super::simd::{LANES, Lanes, Lines};
+use super::simd::{LANES, LaneRows, Lanes};
 
 /// Where the k-th smallest number lies: `below` of the numbers are ≤ `low`, `upto` are ≤ `high`, `below` < k ≤ `upto`.
 #[derive(Clone, Copy)]
@@ -47,7 +47,7 @@ pub(super) fn kth_smallest<L: Lanes>(lanes: L, blocks: &[[f32; LANES]], k: usize
         }
         round += 1;
     }
-    let mut candidates = Lines([[f32::INFINITY; LANES]; 2]);
+    let mut candidates = LaneRows([[f32::INFINITY; LANES]; 2]);
     let mut count = 0;
     let (above, limit) = (lanes.splat(bracket.low), lanes.splat(bracket.high));
     for block in blocks {

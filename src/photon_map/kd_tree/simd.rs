@@ -1,6 +1,6 @@
 //! Sixteen numbers at once, by whatever instructions the processor has: AVX-512, AVX2 or none in particular.
 //!
-//! [`dispatch`] runs a piece of [`Work`] compiled for the best set it finds. All sets do the same operations in the
+//! [`dispatch`] runs a piece of [`SimdWork`] compiled for the best set it finds. All sets do the same operations in the
 //! same order and fuse none, so they give the same bits.
 #![allow(unsafe_code, reason = "vector instructions may run only where the processor has them")]
 
@@ -13,9 +13,9 @@ pub const LANES: usize = 16;
 /// Sixteen numbers for each of `N` things, on cache lines of their own: a vector across two lines costs twice.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Lines<const N: usize>(pub(crate) [[f32; LANES]; N]);
+pub(crate) struct LaneRows<const N: usize>(pub(crate) [[f32; LANES]; N]);
 
-impl<const N: usize> Lines<N> {
+impl<const N: usize> LaneRows<N> {
     /// All the numbers of some lines, in order.
     #[inline(always)]
     pub(super) fn numbers(lines: &[Self]) -> &[f32] {
@@ -77,7 +77,7 @@ pub(super) trait Lanes: Copy {
 }
 
 /// Work that any instruction set can do. `run` has to be `#[inline(always)]`: only then is it compiled for the set.
-pub(super) trait Work {
+pub(super) trait SimdWork {
     type Output;
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
@@ -112,7 +112,7 @@ impl Level {
 
 /// Runs `work` by the best instructions there are.
 #[inline]
-pub(super) fn dispatch<W: Work>(work: W) -> W::Output {
+pub(super) fn dispatch<W: SimdWork>(work: W) -> W::Output {
     let best = Level::best();
     #[cfg(test)]
     let best = best.min(tests::LIMIT.get());
@@ -129,13 +129,13 @@ pub(super) fn dispatch<W: Work>(work: W) -> W::Output {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,popcnt,bmi1")]
-fn in_avx2<W: Work>(work: W) -> W::Output {
+fn in_avx2<W: SimdWork>(work: W) -> W::Output {
     work.run(Avx2(()))
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx2,popcnt,bmi1")]
-fn in_avx512<W: Work>(work: W) -> W::Output {
+fn in_avx512<W: SimdWork>(work: W) -> W::Output {
     work.run(Avx512(()))
 }
 
