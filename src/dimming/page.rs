@@ -11,7 +11,7 @@ use crate::luminaire::outline::corners;
 use crate::luminaire::{Luminaire, Opening};
 use crate::report::live::{LiveLamp, LiveSensor, Map, Page};
 use crate::report::table;
-use crate::results::{IlluminanceMap, Results};
+use crate::results::{GroupMap, IlluminanceMap, Results};
 use crate::scene::Scene;
 
 /// How far from a plane a sensor may be and still move along it, m.
@@ -48,14 +48,6 @@ pub fn write(
             off: matrix.power_of(number, 0.0),
         }
     };
-    let layers = |map: &IlluminanceMap| -> Vec<Vec<f32>> {
-        let whole = || vec![map.illuminance.iter().map(|lux| (lux / level(0)) as f32).collect()];
-        let part = |(number, group): (usize, &crate::results::GroupMap)| {
-            let full = (1.0 / level(number)) as f32;
-            group.illuminance.iter().map(|lux| lux * full).collect()
-        };
-        if map.groups.is_empty() { whole() } else { map.groups.iter().enumerate().map(part).collect() }
-    };
     let map = |map: &IlluminanceMap| Map {
         name: map.name.clone(),
         columns: map.cells[0],
@@ -64,7 +56,7 @@ pub fn write(
         along: map.along.to_array(),
         across: map.across.to_array(),
         mask: map.has_value.clone(),
-        layers: layers(map),
+        layers: layers(map, level),
         offset: vec![0.0; map.illuminance.len()],
         error: map.illuminance.iter().zip(&map.standard_error).map(|(lux, error)| share(*lux, *error)).collect(),
     };
@@ -100,6 +92,18 @@ pub fn write(
         sigmas,
     };
     page.write(path)
+}
+
+/// The light of each luminaire at full output, lx, of a map computed with them at some levels.
+fn layers(map: &IlluminanceMap, level: impl Fn(usize) -> f64) -> Vec<Vec<f32>> {
+    if map.groups.is_empty() {
+        return vec![map.illuminance.iter().map(|lux| (lux / level(0)) as f32).collect()];
+    }
+    let part = |(number, group): (usize, &GroupMap)| {
+        let full = (1.0 / level(number)) as f32;
+        group.illuminance.iter().map(|lux| lux * full).collect()
+    };
+    map.groups.iter().enumerate().map(part).collect()
 }
 
 /// A standard error as a share of what it is of, at most all of it.

@@ -160,7 +160,12 @@ fn strange() -> Vec<Case> {
     );
     let case = Case::new(LUMINAIRES, "a point in the middle of a cell", "illuminance without bound", in_plane);
     cases.push(case.warned("no bound").quick());
-    // A thousand million times as bright as the other, in two closed cubes: each is lit by its own.
+    cases.extend(unequal());
+    cases
+}
+
+/// A luminaire a thousand million times as bright as another, in two closed cubes: each is lit by its own.
+fn unequal() -> impl Iterator<Item = Case> {
     let two = |flux: f64| {
         let floors = plane("first", [0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [16, 16], "surface")
             + &plane("second", [10.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [16, 16], "surface");
@@ -172,7 +177,7 @@ fn strange() -> Vec<Case> {
             mtl: String::new(),
         }
     };
-    for method in [Gather, Split, Photons, Path] {
+    [Gather, Split, Photons, Path].into_iter().map(move |method| {
         let name = format!("10⁹ : 1, {}", method.name());
         let case =
             Case::new(LUMINAIRES, name, "shares by flux leave the dim one without a photon", two(1e9)).method(method);
@@ -184,9 +189,8 @@ fn strange() -> Vec<Case> {
             .useful(if method == Gather { 0.05 } else { 0.25 })
             .within(if method == Path { 0.1 } else { 4.0 * closed_room_noise(0.5, 5e3) + 5e-3 })
             .closed();
-        cases.push(if method == Gather { case.quick() } else { case });
-    }
-    cases
+        if method == Gather { case.quick() } else { case }
+    })
 }
 
 fn grazing() -> Vec<Case> {
