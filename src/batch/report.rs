@@ -225,11 +225,11 @@ pub fn write_csv(rows: &[RunRow], out: &mut impl Write) -> io::Result<()> {
 /// The summary as JSON, indented, with a line end.
 pub fn json(rows: &[RunRow]) -> String {
     #[derive(Serialize)]
-    struct Batch<'a> {
+    struct RunsJson<'a> {
         luxmap: &'static str,
         runs: &'a [RunRow],
     }
-    let batch = Batch { luxmap: env!("CARGO_PKG_VERSION"), runs: rows };
+    let batch = RunsJson { luxmap: env!("CARGO_PKG_VERSION"), runs: rows };
     serde_json::to_string_pretty(&batch).expect("numbers, texts and lists make JSON") + "\n"
 }
 

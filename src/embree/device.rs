@@ -140,22 +140,22 @@ fn last_error(interface: &Interface, device: sys::RTCDevice) -> Option<&'static 
 }
 
 /// A committed scene.
-pub(super) struct Scene {
+pub(super) struct CommittedScene {
     interface: &'static Interface,
     handle: sys::RTCScene,
 }
 
 // SAFETY: the queries rtcIntersect1 and rtcOccluded1 may run on a committed scene from any thread at once, and nothing
-// changes the scene after `Scene::commit`.
-unsafe impl Sync for Scene {}
+// changes the scene after `CommittedScene::commit`.
+unsafe impl Sync for CommittedScene {}
 // SAFETY: Embree's handles belong to no thread: reference counts are atomic, and any thread may release them.
-unsafe impl Send for Scene {}
-// SAFETY: as for `Scene`; shared, a device is only kept alive and its `MemoryCount` read, which is atomic.
+unsafe impl Send for CommittedScene {}
+// SAFETY: as for `CommittedScene`; shared, a device is only kept alive and its `MemoryCount` read, which is atomic.
 unsafe impl Sync for Device {}
-// SAFETY: as for `Scene`.
+// SAFETY: as for `CommittedScene`.
 unsafe impl Send for Device {}
 
-impl Scene {
+impl CommittedScene {
     /// One geometry with all triangles; robust, so that no ray slips through between two of them.
     pub(super) fn commit(device: &Device, buffers: &Buffers) -> Result<Self, Error> {
         let interface = &device.embree.interface;
@@ -212,7 +212,7 @@ impl Scene {
     }
 }
 
-impl Drop for Scene {
+impl Drop for CommittedScene {
     fn drop(&mut self) {
         // SAFETY: `commit` made this handle and holds its one reference; null is refused without harm.
         unsafe { (self.interface.rtcReleaseScene)(self.handle) }

@@ -46,7 +46,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use self::device::{Buffers, Device, Scene};
+use self::device::{Buffers, CommittedScene, Device};
 use crate::error::Error;
 use crate::geometry::Mesh;
 use crate::scene::glazing::Curves;
@@ -70,7 +70,7 @@ const LARGEST_COORDINATE: f32 = 1e18;
 /// of Embree's.
 pub struct RayCaster {
     // Dropped in this order: the scene lives on the device, and reads the buffers as long as it lives.
-    scene: Scene,
+    scene: CommittedScene,
     device: Device,
     #[cfg_attr(not(test), expect(dead_code, reason = "Embree reads it"))]
     buffers: Buffers,
@@ -125,7 +125,7 @@ impl RayCaster {
         check(mesh)?;
         let device = Device::new(threads.max(1))?;
         let buffers = Buffers::of(mesh);
-        let scene = Scene::commit(&device, &buffers)?;
+        let scene = CommittedScene::commit(&device, &buffers)?;
         let smallest = EXTENT_FLOOR * extent(mesh, near);
         let planes = mesh.triangles.par_iter().zip(&mesh.material_of).map(|(triangle, &material)| {
             TrianglePlane::through(
