@@ -92,7 +92,7 @@ live) if $live; then step "live page" run_ignored live; fi ;;
     else
         leave_out "Rust $msrv, the oldest that luxmap asks for, is not tested: it is not installed"
     fi
-    step "compile tests" cargo test "${features[@]}" --no-run --lib --test it
+    step "compile tests" cargo test "${features[@]}" --no-run --lib --examples --test it
     step "tests" run_tests
     step "doc tests" cargo test "${features[@]}" --doc
     if $live; then step "live page" run_ignored live; fi

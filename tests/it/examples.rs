@@ -12,6 +12,10 @@ fn example(name: &str) -> PathBuf {
     BUILT.call_once(|| {
         let mut build = Command::new(env!("CARGO"));
         build.args(["build", "--quiet", "--examples", "--target-dir"]).arg(folder.parent().expect("the target folder"));
+        // With the features of this test, so that nothing is compiled anew.
+        if cfg!(feature = "mpi") {
+            build.args(["--features", "mpi"]);
+        }
         if folder.ends_with("release") {
             build.arg("--release");
         }

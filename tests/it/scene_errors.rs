@@ -484,7 +484,7 @@ fn render_options_that_can_t_be() {
     );
     assert_eq!(
         render_says("nearest = 1"),
-        "scene.toml:10: found nearest = 1 in [render], expected a whole number from 2 to 1000000000"
+        "scene.toml:10: found nearest = 1 in [render], expected a whole number from 2 to 4294967295"
     );
     assert_eq!(
         render_says("radius = nan"),
@@ -521,8 +521,8 @@ fn limits_of_a_run_that_can_t_be() {
     );
     assert_eq!(
         render_says("ray = 3"),
-        "scene.toml:10: found unknown key \"ray\" in [render], expected one of method, photons, rays, smooth, nearest, \
-         radius, error, time, passes, memory, tree, seed, groups; did you mean rays?"
+        "scene.toml:10: found unknown key \"ray\" in [render], expected one of method, photons, nearest, radius, \
+         rays, smooth, error, time, passes, tree, seed, memory, groups; did you mean rays?"
     );
 }
 

@@ -333,16 +333,15 @@ impl<'a> TidyObj<'a> {
         if !words(rest).all(is_plain) {
             return Err(InputError::new(self.here(), quoted(&format!("v {}", text(rest))), POSITION));
         }
-        let numbers: Option<Vec<f64>> = words(rest).map(|word| text(word).parse().ok()).collect();
-        let Some([x, y, z, more @ ..]) = numbers.as_deref() else {
-            return Err(InputError::new(self.here(), quoted(&format!("v {}", text(rest))), POSITION));
+        let taken = if words(rest).count() == 4 { 4 } else { 3 };
+        let numbers: Option<Vec<f64>> = words(rest).take(taken).map(|word| text(word).parse().ok()).collect();
+        let [x, y, z] = match numbers.as_deref() {
+            Some(&[x, y, z]) => [x, y, z],
+            Some(&[x, y, z, w]) if w != 0.0 => [x / w, y / w, z / w],
+            _ => return Err(InputError::new(self.here(), quoted(&format!("v {}", text(rest))), POSITION)),
         };
         // A vertex at infinity is refused where a face has it.
-        let position = match *more {
-            [w] => [x / w, y / w, z / w].map(|x| if x.is_finite() { x } else { f64::MAX }),
-            _ => [*x, *y, *z],
-        };
-        let [x, y, z] = position;
+        let [x, y, z] = [x, y, z].map(|x| if x.is_finite() { x } else { f64::MAX });
         writeln!(out, "v {x:e} {y:e} {z:e}").expect("memory takes it");
         Ok(())
     }
