@@ -1,7 +1,7 @@
 //! A state in a file: what made it, in words (JSON), then its sums, then a checksum over both.
 //!
 //! ```text
-//! luxmap state 3\n         magic and number of this format
+//! luxmap state 4\n         magic and number of this format
 //! length of the words      8 bytes, little-endian, as all numbers
 //! words                    JSON, see `StateHeader`
 //! sums                     in the order in which the run writes them; see `Tape`
@@ -22,7 +22,7 @@ use super::{Passes, tape::Tape};
 use crate::error::{Error, InputError, Location};
 use crate::files;
 
-const MAGIC: &[u8] = b"luxmap state 3\n";
+const MAGIC: &[u8] = b"luxmap state 4\n";
 const CHECKSUM: usize = 32;
 /// Longest words believed, bytes.
 const LONGEST: u64 = 16 << 20;

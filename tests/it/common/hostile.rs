@@ -350,7 +350,7 @@ struct Known {
 }
 
 /// What a state begins with.
-const MAGIC: &[u8] = b"luxmap state 3\n";
+const MAGIC: &[u8] = b"luxmap state 4\n";
 
 /// Methods, and whether the scene has a mirror and a camera, of the states that are read.
 const KNOWN: [(Method, bool); 4] =
