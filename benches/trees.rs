@@ -10,11 +10,10 @@ use std::time::Instant;
 use luxmap::embree::RayCaster;
 use luxmap::gather::receiver::{LandingRecorder, Photons};
 use luxmap::photon::trace::Tracer;
-use luxmap::photon_map::{
-    BlockVisitor, BruteForce, KdTree, Kiddo, LANES, NearestPhotons, NearestSum, Paper, PhotonBlock, PhotonMap,
-};
+use luxmap::photon_map::{BruteForce, KdTree, Kiddo, NearestPhotons, NearestSum, Paper, PhotonMap};
 use luxmap::random::{Seed, Stream};
 use luxmap::scene::Scene;
+use luxmap::study::trees::kernel_sum;
 
 const ROUNDS: usize = 5;
 /// Largest search radius, m.
@@ -154,28 +153,6 @@ impl Ask {
             }
         }
     }
-}
-
-/// Σ φ (1 − d²/r²) within r.
-struct KernelSum {
-    per_area: f32,
-    lanes: [f64; LANES],
-}
-
-impl BlockVisitor<1> for KernelSum {
-    #[inline(always)]
-    fn visit(&mut self, block: &PhotonBlock<'_, 1>) {
-        for lane in 0..LANES {
-            let kernel = (1.0 - block.distance_squared[lane] * self.per_area).max(0.0);
-            self.lanes[lane] += f64::from(block.flux[0][lane] * kernel);
-        }
-    }
-}
-
-fn kernel_sum<T: NearestPhotons>(map: &PhotonMap<T, 1>, at: [f32; 3], radius: f32, scratch: &mut T::Scratch) -> f64 {
-    let mut sum = KernelSum { per_area: 1.0 / (radius * radius), lanes: [0.0; LANES] };
-    map.visit_blocks(at, radius, scratch, &mut sum);
-    sum.lanes.iter().sum()
 }
 
 fn time(table: &mut Table, count: usize, what: &str, maps: &Maps, points: &[[f32; 3]], ask: Ask) {

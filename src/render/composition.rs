@@ -58,6 +58,8 @@ pub(super) struct Composition {
     pub(super) patches: bool,
     /// Whether rays or cameras ask for caustics where they meet surfaces.
     pub(super) caustic_maps: bool,
+    /// Parts of a pass with photons of their own.
+    pub(super) rounds: u64,
     /// Stages of a pass, for the record of times.
     pub(super) stages: &'static [&'static str],
 }
@@ -75,6 +77,7 @@ impl Composition {
             landings: false,
             patches: false,
             caustic_maps: plan.caustics && cameras,
+            rounds: if plan.method.sends_rays() { ROUNDS } else { 1 },
             stages: &["trace photons", "build trees", "gather"],
         };
         // Photons of methods without them, or of scenes without passes, are not asked for anything.
@@ -113,10 +116,5 @@ impl Composition {
                 Self { density, crossings: all, counted: all, landings: plan.photons, ..none }
             }
         }
-    }
-
-    /// Parts of a pass with photons of their own.
-    pub(super) fn rounds(&self, method: Method) -> u64 {
-        if method.sends_rays() { ROUNDS } else { 1 }
     }
 }

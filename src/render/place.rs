@@ -41,12 +41,12 @@ impl<const C: usize> Place<C> {
     /// Works out what all passes so far say.
     pub(super) fn conclude(&mut self, known: PhotonTotal) {
         let mut bounced = vec![Estimate::DARK; self.len()];
-        let mut rest = Vec::new();
+        let mut rest = vec![Estimate::DARK; self.len()];
         for part in &mut self.parts {
             let found = part.conclude(known, &self.site);
             bounced.iter_mut().zip(&found).for_each(|(sum, found)| sum.add(found));
             if part.source() == LightOrigin::PhotonsOnly {
-                rest = found;
+                rest.iter_mut().zip(&found).for_each(|(sum, found)| sum.add(found));
             }
         }
         for part in &self.parts {

@@ -85,7 +85,7 @@ impl<'g, const C: usize> Caught<'g, C> {
 impl<const C: usize> Rendering<'_, C> {
     /// Parts of a pass with photons of their own.
     pub(super) fn rounds(&self) -> u64 {
-        self.composition.rounds(self.plan.method)
+        self.composition.rounds
     }
 
     /// Rays from each point of a grid in a round.

@@ -38,12 +38,10 @@ static MARGIN: Key<Number> = Key::optional(
     "0",
     "Width of the band along the rim that figures leave out: 0.5 m beside walls in EN 12464-1.",
 );
-static REQUIRED: Key<Inner<Required>> = Key::optional(
-    "required",
-    Inner { form: "{ mean = 500, uniformity = 0.6 }", table: &FIGURES, read: figures },
-    "nothing",
-    "What is required of the plane without its margin.",
-);
+const REQUIRED_FIGURES: Inner<Required> =
+    Inner { form: "{ mean = 500, uniformity = 0.6 }", table: &FIGURES, read: figures };
+static REQUIRED: Key<Inner<Required>> =
+    Key::optional("required", REQUIRED_FIGURES, "nothing", "What is required of the plane without its margin.");
 static TASK: Key<Sections> = Key::optional(
     "task",
     Sections(&TASK_AREA),
@@ -88,12 +86,8 @@ static TASK_SIZE: Key<Numbers<2>> = Key::needed(
     "[1.6, 0.8] (m along and across)",
     "Size along and across the plane.",
 );
-static TASK_REQUIRED: Key<Inner<Required>> = Key::optional(
-    "required",
-    Inner { form: "{ mean = 500, uniformity = 0.6 }", table: &FIGURES, read: figures },
-    "nothing",
-    "What is required of the task area.",
-);
+static TASK_REQUIRED: Key<Inner<Required>> =
+    Key::optional("required", REQUIRED_FIGURES, "nothing", "What is required of the task area.");
 static SURROUNDING: Key<Inner<Band>> = Key::optional(
     "surrounding",
     Inner {

@@ -65,10 +65,20 @@ impl<T: NearestPhotons> Holding<T> {
     }
 
     fn within(&self, at: [f32; 3], radius: f32, scratch: &mut T::Scratch) -> f64 {
-        let mut sum = KernelSum { per_area: 1.0 / (radius * radius), lanes: [0.0; LANES] };
-        self.map.visit_blocks(at, radius, scratch, &mut sum);
-        sum.lanes.iter().sum()
+        kernel_sum(&self.map, at, radius, scratch)
     }
+}
+
+/// Σ φ (1 − d²/r²) of the photons within `radius` r (m) of a point, lm.
+pub fn kernel_sum<T: NearestPhotons>(
+    map: &PhotonMap<T, 1>,
+    at: [f32; 3],
+    radius: f32,
+    scratch: &mut T::Scratch,
+) -> f64 {
+    let mut sum = KernelSum { per_area: 1.0 / (radius * radius), lanes: [0.0; LANES] };
+    map.visit_blocks(at, radius, scratch, &mut sum);
+    sum.lanes.iter().sum()
 }
 
 /// Σ φ (1 − d²/r²), by lanes.

@@ -18,7 +18,7 @@ use crate::gather::receiver::Photons;
 use crate::photon_map::Tree;
 use crate::progress::Progress;
 pub use agreement::Disagreement;
-pub use contender::Call;
+pub use contender::{Call, kernel_sum};
 use contender::{Contender, hold};
 pub use doubling::{Doubling, Figure, Start};
 pub use sets::{Landings, Set, built_in_scene};
